@@ -88,6 +88,17 @@ def _shown(proof: Proof, lines: Sequence[Line]) -> Iterator[str]:
     yield ""
 
 
+def _begun(entry: Entry, count: int) -> str:
+    """Return what the lines of one entry show, and where the lines between them are."""
+    equation = f"Eq. {entry.number}" if entry.number else "the statement"
+    lines = "this line" if count == 1 else f"these {count} lines"
+    return (
+        f"The verdict on {equation} ({entry.label or entry.name}) is: {entry.verdict}. It follows "
+        f"from {lines} of the chapter {entry.chapter}; --only {entry.chapter} shows the whole "
+        "chapter."
+    )
+
+
 def _row(entry: Entry, whole: bool) -> Iterator[str]:
     loud = entry.verdict in ("misprint", "inconsistent")
     verdict = entry.verdict.upper() if loud else entry.verdict
@@ -153,7 +164,9 @@ def _audit(named: list[Entry], arguments: argparse.Namespace, model: Model) -> i
     if arguments.json:
         print(json.dumps([entry.as_json() for entry in named], indent=1, ensure_ascii=False))
         return 0
-    for proof, shown in parts if arguments.show or only else []:
+    for place, (proof, shown) in enumerate(parts if arguments.show or only else []):
+        if not chapters:
+            print("\n".join(_wrapped(_begun(named[place], len(shown)), "", 0)), end="\n\n")
         print("\n".join(_shown(proof, shown)))
     for entry in named:
         print("\n".join(_row(entry, whole=only is not None)))

@@ -155,36 +155,30 @@ apart = njit(cache=True, **_WITHIN)
 """Compile as a function of its own, so that rare work does not burden its callers."""
 
 
-class _Listener(event.Listener):  # type: ignore[misc]
-    """Reports once that the compiler is at work."""
-
-    def __init__(self, say: Callable[[], None] | None) -> None:
-        self.say = say
-
-    def on_start(self, event: Any) -> None:
-        say, self.say = self.say, None  # first, because `say` itself may need the compiler
-        if say is not None:
-            say()
-
-    def on_end(self, event: Any) -> None:
-        pass
+_hearers: list[Callable[[], None]] = []
+"""Whom the compiler tells once that it is at work."""
 
 
-class _Stopwatch(event.Listener):  # type: ignore[misc]
-    """Counts the compiler's time as preparation; its lock admits one thread."""
+class _Watch(event.Listener):  # type: ignore[misc]
+    """Counts the compiler's time as preparation (its lock admits one thread), and tells of it."""
 
     def on_start(self, event: Any) -> None:
         preparation.begin()
+        while _hearers:
+            _hearers.pop()()  # it may itself need the compiler
 
     def on_end(self, event: Any) -> None:
         preparation.end()
 
 
-event.register("numba:compile", _Stopwatch())
+event.register("numba:compile", _Watch())
 
 
 @contextmanager
 def told(say: Callable[[], None] | None) -> Iterator[None]:
     """Call `say` when the compiler first works within the block."""
-    with event.install_listener("numba:compile", _Listener(say)):
+    _hearers.extend([say] if say else [])
+    try:
         yield
+    finally:
+        _hearers[:] = [each for each in _hearers if each is not say]

@@ -5,7 +5,7 @@
 array([0.6039, 0.5999, 0.6094])
 """
 
-from exactcreep.model.drive import dilation, dilations
+from exactcreep.model.drive import dilations
 from exactcreep.model.keyed_disorder import (
     static_coefficient,
     static_coefficients,
@@ -13,7 +13,6 @@ from exactcreep.model.keyed_disorder import (
 )
 
 __all__ = [
-    "dilation",
     "dilations",
     "static_coefficient",
     "static_coefficients",

@@ -26,6 +26,7 @@ COMMANDS = {
 }
 OPTIONS = {
     "--criterion": "exactcreep threshold takes --kind, and --after for the edge of a cycle",
+    "--bracket": "exactcreep threshold --from LO --to HI --points 1 finds the edge between two",
     "--windows": "exactcreep threshold --edges lists every edge of the scan",
     "--solver": "float64 answers first, and certified then proves it",
     "--mend": "mend the series in pandas, as the page Use my own temperature record shows",

@@ -22,7 +22,7 @@ from exactcreep.model.drive import Drive
 from exactcreep.model.names import meant, one_of
 from exactcreep.model.numbers import InputError, Shown, exact_number, refusing
 from exactcreep.model.state import State
-from exactcreep.model.user_files import content_of, text_of
+from exactcreep.model.user_files import content_of, leaves, text_of
 from exactcreep.pipeline import Pipeline, pipeline
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
 from exactcreep.quasistatic.writing import file_name
@@ -36,7 +36,7 @@ MOST_MEMBERS = 1_000_000
 _BUILTIN = FilePath(__file__).with_name("scenes")
 _LARGEST_FILE = 16 * 2**20  # bytes; enough for long paths of dilations
 _DECIMALS = Context(prec=100)
-_DEEPEST, _DEEPEST_KEY = 8, 100  # tables within tables
+_DEEPEST_KEY = 100  # tables within tables
 _MOST_LISTED = 40  # keys in a sentence
 _SPAN = {"from", "to", "step"}
 _ONE_NUMBER = re.compile(r"must be a (\w+ )?number\b")
@@ -51,9 +51,8 @@ def _keys_of(*made: Callable[..., Any]) -> dict[str, bool]:
 
 _IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_theta"}
 """Keys of ``[drive]`` beside a table of SI units: temperatures (K) for dilations."""
-_BODIES: dict[str, Callable[..., Any]] = {
-    "chain": Chain, "physical": physical, "pipeline": pipeline
-}  # fmt: skip
+_BODIES: dict[str, Callable[..., Any]] = {"chain": Chain, "physical": physical}
+_BODIES["pipeline"] = pipeline  # type: ignore[has-type] # of a decorated function
 """The tables of what creeps, of which a scene has one, and what they are made by."""
 _RUN = ("solver", "seed", "burn_in", "accuracy", "record", "start", "twin")
 _START = ("tensions", "theta", "size", "seed")
@@ -188,11 +187,12 @@ class Scene(Shown):
                 tables[table] = dict(entries)
             elif table != "title":
                 raise InputError(table, entries, f"must be a table, [{table}]")
-        vary = {key: _values(key, values) for key, values in _flattened(tables.pop("vary"))}
+        varied = leaves(tables.pop("vary"), whole=_SPAN)
+        vary = {key: _values(key, values) for key, values in varied}
         _known(vary, _settable(), "vary.")
         body = _body(tables)
         others = tuple(f"{table}." for table in _BODIES if table != body)
-        for key, value in (*_flattened(tables), *vary.items()):
+        for key, value in (*leaves(tables), *vary.items()):
             if key.startswith(others):
                 raise InputError(key, value, f"must not be given beside [{body}]")
         keys = dict(_keys())
@@ -205,7 +205,7 @@ class Scene(Shown):
         return cls(name, title, tables, vary, folder or FilePath())
 
     def _facts(self) -> dict[str, Any]:
-        said = {"name": self.name, "title": self.title, **dict(_flattened(self.tables))}
+        said = {"name": self.name, "title": self.title, **dict(leaves(self.tables))}
         return said | {f"vary.{key}": values for key, values in self.vary.items()}
 
     def with_settings(self, settings: Mapping[str, Any]) -> Scene:
@@ -397,15 +397,6 @@ def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> Non
         if not named.isprintable() or len(named) > 80:
             named = repr(named[:60])
         raise InputError(named, table[key], f"is not a key of a scene{hint}")
-
-
-def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
-    for key, value in table.items():
-        deeper = isinstance(value, Mapping) and value and not _SPAN & {*value}
-        if deeper and depth < _DEEPEST:
-            yield from _flattened(value, f"{prefix}{key}.", depth + 1)
-        else:
-            yield f"{prefix}{key}", value
 
 
 def _body(tables: Collection[str]) -> str:

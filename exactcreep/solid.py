@@ -408,10 +408,10 @@ def physical(
     """
     quantities = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
              "section": section, "kappa": kappa, "gravity": gravity}  # fmt: skip
-    if not isinstance(material, str) or material:
-        if not isinstance(material, str) or material not in MATERIALS:
-            allowed = f"must be one of {', '.join(MATERIALS)}, or be left out"
-            raise InputError("material", material, allowed)
+    if not isinstance(material, str) or material not in ("", *MATERIALS):
+        allowed = f"must be one of {', '.join(MATERIALS)}, or be left out"
+        raise InputError("material", material, allowed)
+    if material:
         properties = MATERIALS[material]._asdict()
         left_out = {name for name, value in quantities.items() if _left_out(value)}
         quantities |= {name: properties[name] for name in left_out & properties.keys()}

@@ -34,6 +34,22 @@ def unstable_chain(rng: Random) -> tuple[Chain, State]:
     return chain, State.prepared(chain, tensions, seed=3)
 
 
+def unlike_chain(rng: Random, least: int = 40) -> Chain:
+    """Return a chain that differs in friction, at its ends, in its dilations, or in all of them."""
+    n, kinds = rng.randint(2, 7), rng.randint(1, 7)
+    friction = [Fraction(rng.randint(least, 60), 100) for _ in range(n)]
+    friction = friction if kinds & 1 else friction[:1] * n
+    return Chain(
+        n, 1000,
+        mu_d=friction,
+        mu_s=[mu + Fraction(rng.randint(2, 15) if kinds & 1 else 10, 100) for mu in friction],
+        sigma_mu=Fraction(rng.choice((0, 5, 10)), 1000),
+        tan_alpha=Fraction(rng.randint(-20, 25), 100),
+        end_forces=[Fraction(rng.randint(-12, 12), 100) for _ in "12"] if kinds & 2 else (0, 0),
+        expansion=[Fraction(rng.randint(30, 150), 100) for _ in range(n - 1)] if kinds & 4 else (),
+    )  # fmt: skip
+
+
 def event_rows(stretch: Stretch) -> list[tuple[int, ...]]:
     """Return number, kind, slider and sign of every event that was recorded, in order."""
     names = ("event_number", "event_kind", "event_slider", "event_sign")

@@ -9,20 +9,15 @@ import pytest
 from exactcreep import (
     Chain,
     Cycles,
-    Evidence,
     Experiment,
     InputError,
-    State,
     Targets,
     compare,
     creep,
     fate,
-    rearrange,
     survival,
     threshold,
 )  # fmt: skip
-from exactcreep.results import AccuracyWarning
-from tests.paper import paper_chain
 
 DRIVE = Cycles("0.0006", 40)
 
@@ -78,24 +73,3 @@ def test_a_slider_between_the_ends_that_theta_drives_needs_an_excess() -> None:
         with pytest.raises(InputError, match=r"mu_s\[1\].*larger mu_s"):
             creep(driven, drive)
     assert creep(three("0.6", "0.51", "0.6"), path).half_cycles == 2
-
-
-def test_other_recommendations_can_be_followed() -> None:
-    six, disorder = paper_chain(6, "0"), paper_chain(6)
-    with pytest.raises(InputError, match="use 'exact'"):
-        rearrange(six, State.relaxed(six), direction=1, solver="sliding")
-    assert rearrange(six, State.relaxed(six), direction=1, solver="exact").events
-    with pytest.raises(InputError, match="survival tells how long"):
-        fate(disorder, "0.001")
-    assert survival(disorder, "0.001", starts=2, cycles=20).evidence in Evidence
-    with pytest.raises(InputError, match=r'kind="intercept" .* says where'):
-        threshold(disorder, kind="edge")
-    assert threshold(disorder, kind="intercept", cycles=300).slope > 0
-    with pytest.raises(InputError, match=r"`survival` .*`after` .*intercept"):
-        threshold(six)
-    assert threshold(six, kind="intercept", cycles=100).evidence in Evidence
-    assert float(threshold(six, digits=3, after=4).upper) > 0
-    with pytest.warns(AccuracyWarning, match="run more cycles"):
-        short = creep(disorder, Cycles("0.01", 70), accuracy=1e-3)
-    longer = creep(disorder, Cycles("0.01", 3000), accuracy=1e-3)
-    assert (short.report["accuracy_reached"], longer.report["accuracy_reached"]) == (False, True)

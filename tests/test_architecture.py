@@ -2,8 +2,8 @@
 
 import ast
 import re
-from collections.abc import Iterable, Iterator
-from graphlib import TopologicalSorter
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from pkgutil import resolve_name
 
@@ -13,8 +13,8 @@ import exactcreep
 from exactcreep import moved
 from exactcreep.model.drawn import DRAWN
 from exactcreep.model.result import Result
+from tests.processes import finished
 
-OWN = ("exactcreep", "derivations")
 PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
     ("moved", "watch.preparation"),
@@ -47,16 +47,6 @@ MODULES = {
     path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
     for path in sorted(PACKAGE.rglob("*.py"))
 }
-LAZY = {
-    path.parent.relative_to(PACKAGE.parent).as_posix().replace("/", "."): {
-        alias.asname: f"{node.module}"
-        for node in ast.parse(path.read_text(encoding="utf-8")).body
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
-    for path in sorted(PACKAGE.glob("*/**/__init__.pyi"))
-}
-"""What packages of rooms import when it is first used: by package, name and module within it."""
 CHANGES = PACKAGE.parent.joinpath("CHANGELOG.md").read_text(encoding="utf-8")
 
 
@@ -67,15 +57,15 @@ def room_of(module: str) -> str:
     return own if own in FLOOR else parts[0]
 
 
-def imports(tree: ast.AST) -> Iterator[tuple[str, ast.stmt]]:
+def imports(tree: ast.AST) -> Iterator[str]:
     """Yield the module that each import statement names, as from the root of the package."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             for alias in node.names:
-                yield alias.name, node
+                yield alias.name
         elif isinstance(node, ast.ImportFrom):
             for alias in node.names:
-                yield f"{node.module}.{alias.name}", node
+                yield f"{node.module}.{alias.name}"
 
 
 def late_imports(tree: ast.AST) -> Iterator[str]:
@@ -87,55 +77,6 @@ def late_imports(tree: ast.AST) -> Iterator[str]:
                 yield named.value
 
 
-def lazy_imports(tree: ast.AST) -> Iterator[str]:
-    """Yield the modules of the attributes that are asked of packages in `LAZY`."""
-    packages = {name.rpartition(".")[2]: name for name, _ in imports(tree) if name in LAZY}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            package = packages.get(node.value.id, "")
-            if module := LAZY.get(package, {}).get(node.attr):
-                yield f"{package}.{module}"
-
-
-def for_types_only(tree: ast.Module) -> set[ast.stmt]:
-    """Return the imports under ``if TYPE_CHECKING``."""
-    found: set[ast.stmt] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            found |= {inner for inner in ast.walk(node) if isinstance(inner, ast.stmt)}
-    return found
-
-
-def module_of(name: str) -> str | None:
-    """Return the path of the module that an import names, None if it is not the package's."""
-    parts = name.split(".")[1:]
-    for size in (len(parts), len(parts) - 1):
-        path = "/".join(parts[:size]) + ".py"
-        if path in MODULES and name.startswith("exactcreep."):
-            return path
-    return None
-
-
-def modules_of(names: Iterable[str]) -> set[str]:
-    return {path for name in names if (path := module_of(name)) is not None}
-
-
-def imported(module: str) -> set[str]:
-    """Return the modules that a module loads when it is itself imported."""
-    typed = for_types_only(MODULES[module])
-    return modules_of(name for name, node in imports(MODULES[module]) if node not in typed)
-
-
-def needed(*first: str) -> set[str]:
-    """Return these modules and all that are loaded with them."""
-    found: set[str] = set()
-    left = {*first}
-    while left:
-        found |= left
-        left = set().union(*map(imported, left)) - found
-    return found
-
-
 def test_a_room_imports_only_from_rooms_above_it() -> None:
     against = set()
     for module, tree in MODULES.items():
@@ -143,8 +84,7 @@ def test_a_room_imports_only_from_rooms_above_it() -> None:
         if room in ("__init__", "results"):
             continue
         assert room in FLOOR, f"{room} is a room that the house does not know"
-        named = {name for name, _ in imports(tree)}
-        for name in {*named, *late_imports(tree), *lazy_imports(tree)}:
+        for name in {*imports(tree), *late_imports(tree)}:
             if room in FACES and name in PUBLIC:
                 continue
             package, _, inside = name.partition(".")
@@ -155,18 +95,7 @@ def test_a_room_imports_only_from_rooms_above_it() -> None:
     assert against == set()
 
 
-def test_no_module_waits_for_itself() -> None:
-    """Within a room too, imports go one way, those that wait until they are needed too."""
-    needs = {}
-    for module, tree in MODULES.items():
-        late = {*late_imports(tree), *lazy_imports(tree)}
-        needs[module] = (imported(module) | modules_of(late)) - {module}
-    tuple(TopologicalSorter(needs).static_order())  # raises CycleError
-
-
-def test_the_model_names_no_pictures_and_every_type_of_result_has_its_own() -> None:
-    for path in PACKAGE.joinpath("model").glob("*.py"):
-        assert "exactcreep.figures" not in path.read_text(encoding="utf-8")
+def test_every_type_of_result_has_a_picture_of_its_own() -> None:
     offered = [getattr(exactcreep.results, name) for name in exactcreep.results.__all__]
     results = [kind for kind in (exactcreep.Creep, *offered) if issubclass(kind, Result)]
     assert {*DRAWN} == {kind.__name__ for kind in results}
@@ -207,26 +136,6 @@ def test_the_public_names_are_few() -> None:
     assert len(set(exactcreep.__all__) - {"__version__"}) <= 28
 
 
-def private_names(tree: ast.Module) -> Iterator[str]:
-    """Yield the private names of the package that a test imports, or takes from a module."""
-    ours: set[str] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(OWN):
-            ours |= {alias.asname or alias.name for alias in node.names}
-            yield from (alias.name for alias in node.names if alias.name.startswith("_"))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            private = node.attr.startswith("_") and not node.attr.startswith("__")
-            if private and node.value.id in ours:
-                yield f"{node.value.id}.{node.attr}"
-
-
-def test_no_test_takes_a_private_name() -> None:
-    for path in PACKAGE.parent.joinpath("tests").rglob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        assert [*private_names(tree)] == [], path
-
-
 # --- what a proof rests on ------------------------------------------------------------------------
 
 BOOK = PACKAGE.parent / "notebooks"
@@ -242,6 +151,13 @@ def listed(text: str, row: str = "") -> set[str]:
     return {name.replace(".", "/") + ".py" for name in names} & {*MODULES}
 
 
+def loaded_with(*names: str) -> set[str]:
+    """Return the modules, but no faces of packages, that an import of some loads."""
+    script = f"import sys, {', '.join(f'exactcreep.{name}' for name in names)}; print(*sys.modules)"
+    known = re.findall(r"exactcreep\.(\S+)", finished(sys.executable, "-c", script).stdout)
+    return {name.replace(".", "/") + ".py" for name in known} & {*MODULES} - {"moved.py"}
+
+
 def lines_of(modules: set[str]) -> int:
     return sum(len((PACKAGE / name).read_text("utf-8").splitlines()) for name in modules)
 
@@ -249,14 +165,15 @@ def lines_of(modules: set[str]) -> int:
 def test_the_page_names_every_module_that_a_certified_run_loads() -> None:
     deciding, carried = TRUSTED.split("A *fate*")[0].split("### Also loaded")
     assert not listed(deciding) & listed(carried)
-    assert listed(deciding) | listed(carried) == needed("solvers/field/certified.py")
+    assert listed(deciding) | listed(carried) == loaded_with("solvers.field.certified")
 
 
 def test_a_proved_fate_adds_the_modules_that_the_page_names() -> None:
     own = {"studies/fates/proof.py", "solvers/field/tangent.py"}
     named = {"studies/fates/fate_result.py"}  # what a fate is called
-    assert needed(*own) <= listed(TRUSTED) | named | own
-    assert len(needed(*own)) <= MOST_MODULES
+    loaded = loaded_with("studies.fates.proof", "solvers.field.tangent")
+    assert own <= loaded <= listed(TRUSTED) | named | own
+    assert len(loaded) <= MOST_MODULES
 
 
 def test_what_is_to_be_read_stays_small_enough_to_be_read() -> None:

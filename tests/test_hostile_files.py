@@ -290,7 +290,6 @@ def test_a_sweep_of_somebody_else_is_refused(name: str, folder: Path, tmp_path: 
 
 READERS: dict[str, Callable[[Path], object]] = {
     "record": lambda path: TemperatureRecord(path, kappa="1e-5", T0=0),
-    "readings": TemperatureRecord.readings,
     "scene": load_scene,
 }
 TEXTS: dict[str, bytes] = {

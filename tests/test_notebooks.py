@@ -43,8 +43,8 @@ def test_a_notebook_runs_and_its_assertions_hold(
             exec(compile(cell.source, f"{path.stem}, {cell.id}", "exec"), names)
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_what_a_notebook_takes_from_the_package_is_there(path: Path) -> None:
+@pytest.mark.parametrize("path", [path for path in NOTEBOOKS if path.name.startswith(STUDIES)])
+def test_what_a_study_takes_from_the_package_is_there(path: Path) -> None:
     for cell in code_cells(read(path)):
         for node in ast.walk(ast.parse(cell.source)):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("exactcreep"):

@@ -84,7 +84,7 @@ def test_what_the_compiler_does_is_preparation() -> None:
     assert preparation.seconds() > before
 
 
-def test_away_from_a_terminal_a_line_is_written_every_few_seconds_and_none_at_first(
+def test_away_from_a_terminal_lines_are_written_after_two_seconds_four_eight_and_so_on(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     now = 0.0
@@ -95,6 +95,7 @@ def test_away_from_a_terminal_a_line_is_written_every_few_seconds_and_none_at_fi
             lines.show(Progress("running", 10 * k, 80, 7 * k, now))
     told = capsys.readouterr().err.splitlines()
     assert [re.findall(r"[\d.:]+", line)[1:] for line in told] == [
-        ["30", "80", "7", "0:00:05"],
-        ["60", "80", "7", "0:00:02"],
+        ["20", "80", "7", "0:00:06"],
+        ["40", "80", "7", "0:00:04"],
+        ["80", "80", "7", "0:00:00"],
     ]

@@ -7,8 +7,7 @@ from pathlib import Path
 import exactcreep
 
 ROOT = Path(__file__).parents[1]
-SETTINGS = (ROOT / "pyproject.toml").read_text("utf-8")
-PROJECT = tomllib.loads(SETTINGS)["project"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 
 
 def test_the_version_is_the_same_wherever_it_is_said() -> None:
@@ -26,21 +25,3 @@ def test_an_extra_that_the_readme_or_the_book_names_exists() -> None:
     named = set(re.findall(r"\.\[(\w+)\]|extra `(\w+)`", text))
     assert named
     assert {one or other for one, other in named} <= set(PROJECT["optional-dependencies"])
-
-
-def test_the_book_says_what_each_dependency_is_for() -> None:
-    page = (ROOT / "notebooks/contributing.md").read_text("utf-8")
-    _, _, table = page.partition("| package |")
-    listed = re.findall(r"^\| ([a-z]\S+) \| .+ \|$", table, re.M)
-    required = {re.split("[>=]", line)[0] for line in PROJECT["dependencies"]}
-    assert sorted(listed) == sorted(required)
-
-
-def test_files_and_modules_that_settings_and_scripts_name_exist() -> None:
-    modules = re.findall(r'"(exactcreep(?:\.\w+)+)"', SETTINGS)
-    scripts = [path.read_text("utf-8") for path in sorted((ROOT / ".ci").iterdir())]
-    paths = re.findall(r"\b(?:tests|notebooks|exactcreep)/[\w/]+\.\w+", "\n".join(scripts))
-    assert len(modules) > 5
-    assert len(paths) > 5
-    for path in (*paths, *(name.replace(".", "/") + ".py" for name in modules)):
-        assert (ROOT / path).exists(), path

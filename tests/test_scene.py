@@ -35,18 +35,6 @@ def test_every_built_in_scene_has_a_title_and_members() -> None:
         assert scene.experiment(scene.settings()[0]).drive.target_count > 0
 
 
-def test_the_paper_s_jumps_are_driven_one_percent_below_and_above_the_threshold() -> None:
-    members = list(load_scene("chain-jumps").members())
-    assert len(members) == 16
-    amplitudes = [member.experiment.drive.parameters()["amplitude"] for member in members]
-    assert amplitudes[:8] == [Fraction("0.00360165403178954466")] * 8
-    assert amplitudes[8:] == [Fraction("0.00367441471930044455")] * 8
-    starts = [member.experiment.initial.tensions for member in members]
-    assert not starts[0].any()
-    assert len({tension.tobytes() for tension in starts}) == 8
-    assert max(abs(tension).max() for tension in starts) < 1e-6
-
-
 def test_settings_reach_the_experiment_and_another_kind_of_drive_replaces_the_table() -> None:
     scene = load_scene("six-sliders-cycles").with_settings(
         {"chain.n": 8, "drive.amplitude": Literal("0.02"), "run.seed": 7, "run.record": ["slips"]}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import decimal
 import json
 import math
 import os
@@ -11,8 +10,9 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Annotated, Any
 
 from cyclopts import Parameter
@@ -25,9 +25,7 @@ from exactcreep.watch.terminal import printable
 
 LIMIT, STALE, INTERRUPTED = 3, 4, 130
 """Exit statuses: a limit was reached, the checkpoint is stale, Ctrl-C."""
-_RATIO = re.compile(r"-?\d+/0*[1-9]\d*")
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
-_MOST_LINES, _MOST_WORDS = 12, 6  # most entries of a list that are printed
 _WITHOUT_END = 10**5  # columns, unless a terminal folds the lines
 _LABELS = {
     "law_seuil": "paper, Eq. 22",
@@ -37,25 +35,22 @@ _LABELS = {
     "upper": "above the edge",
     "compare": "to be compared with",
     "velocity": "velocity per half-cycle",
-    "rate": "arrests per cycle",
     "advanced_until": "last advance in cycle",
-    "exponential": "a constant rate?",
+    "exponential": "p-value of a constant rate",
     "deaths": "arrests seen",
     "cycles_lived": "cycles followed",
-    "report": "work",
-    "deciding_runs": "runs that decided the last digits:",
     "theorems": "proved bounds",
     "at_rest": "a state can stay at rest up to A =",
     "no_lasting_creep": "no creep lasts below A =",
     "locked_ends": "cycles with slips of the end sliders only exist up to A =",
 }
 """Printed names of keys of summaries that do not explain themselves."""
-_LABELS |= {name: name for name in ("mu_d", "mu_s", "sigma_mu", "tan_alpha", "end_forces")}
-_SENTENCES = {
-    "exponential": "p = {} (Kolmogorov and Smirnov; below 0.01 the starts do not stop at one rate)",
-    "dormant": "a start in which no inner slider has slipped for {} cycles; it may creep again",
-}
-"""Sentences for values of keys that need more than a number."""
+_UNPRINTED = {
+    "outcome", "evidence", "settled_after", "by_rounding", "reason",  # the sentence has them
+    "report", "itinerary", "rate", "confidence", "dormant",
+    "n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "end_forces", "expansion",
+}  # fmt: skip
+"""Keys of summaries that only ``--json`` has, as it alone has lists of numbers."""
 
 
 # --- JSON -----------------------------------------------------------------------------------------
@@ -147,74 +142,29 @@ def say_rows(rows: Iterable[tuple[str, Any]]) -> None:
 
 def say_summary(summary: Mapping[str, Any]) -> None:
     """Print the summary of a result: one line for each key whose value is known and not zero."""
-    beside_the_point = set() if float(summary.get("sigma_mu") or 0) else {"dormant"}
-    rows = [(key, _worded(_without(value, summary, key))) for key, value in summary.items()
-            if not _is_nothing(value) and key not in beside_the_point]  # fmt: skip
-    say_rows(
-        (_LABELS.get(key, key.replace("_", " ")), _SENTENCES.get(key, "{}").format(text))
-        for key, text in rows if text
-    )  # fmt: skip
+    rows = {key: _worded(value) for key, value in summary.items() if key not in _UNPRINTED}
+    say_rows((_label(key), text) for key, text in rows.items() if text)
 
 
-def _without(value: Any, summary: Mapping[str, Any], name: str) -> Any:
-    """Return a value without the parts that have a line of their own in the summary.
-
-    The part with the value's own name has the name "", since the line has it already.
-    """
-    if not isinstance(value, Mapping):
-        return value
-    parts = {key: p for key, p in value.items() if key not in summary or summary[key] != p}
-    return {"" if key == name else key: part for key, part in parts.items()}
-
-
-def _is_nothing(value: Any) -> bool:
-    """Return whether a value is left out: unknown, empty, zero, or a share of no starts."""
-    if isinstance(value, Mapping):
-        return value.get("starts") == 0 or all(map(_is_nothing, value.values()))
-    return not value and not isinstance(value, str)
+def _label(key: str) -> str:
+    return _LABELS.get(key, key.replace("_", " "))
 
 
 def _worded(value: Any) -> str:
-    """Return one value of a summary in words; "" if there is none."""
+    """Return a value of a summary in words; "" if it is unknown, zero or a list of numbers."""
     from exactcreep.model.numbers import in_words
 
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return ""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.9g}"
     if isinstance(value, Mapping):
-        several = all(isinstance(part, Mapping) for part in value.values())
-        between, colon = ("\n", ":") if several else (", ", "")
-        named = {key: _LABELS.get(key, f"{key}{colon}".replace("_", " ")) for key in value}
-        parts = [("" if key == "reason" else named[key], _worded(part))
-                 for key, part in value.items()
-                 if "share" in value or not _is_nothing(part)]  # fmt: skip
-        return between.join(f"{name} {text}".strip() for name, text in parts if text)
-    if isinstance(value, (list, tuple)):
-        if len(value) == 2 and all(_RATIO.fullmatch(str(part)) for part in value):
-            return _decimals(value)
-        several = any(isinstance(part, (Mapping, list)) for part in value)
-        most, between = (_MOST_LINES, "\n") if several else (_MOST_WORDS, ", ")
-        more = [f"and {len(value) - most} more"] if len(value) > most else []
-        return between.join([*map(_worded, value[:most]), *more])
-    return in_words(value)
-
-
-def _decimals(ends: Sequence[str]) -> str:
-    """Return the ends of an interval as decimals, rounded outward, with just enough digits."""
-    from exactcreep.model.numbers import ratio_of
-
-    low, high = map(ratio_of, ends)
-    digits = 9
-    if high > low:
-        wide = decimal.Decimal(int(max(abs(low), abs(high)) / (high - low)))
-        digits = max(digits, 3 + wide.adjusted())
-    return ", ".join(
-        str(decimal.Context(digits, way).divide(*map(decimal.Decimal, end.as_integer_ratio())))
-        for end, way in ((low, decimal.ROUND_FLOOR), (high, decimal.ROUND_CEILING))
-    )
+        parts = {key: _worded(part) for key, part in value.items() if value.get("starts") != 0}
+        if any(isinstance(part, Mapping) for part in value.values()):
+            said = (f"{key.replace('_', ' ')}: {text}" for key, text in parts.items() if text)
+            return "\n".join(said)
+        return ", ".join(f"{_label(key)} {text}" for key, text in parts.items() if text)
+    if isinstance(value, list):
+        return "\n".join(_worded(part) for part in value if isinstance(part, Mapping))
+    if not value or value == "none" or value != value:  # nan
+        return ""
+    return f"{value:.9g}" if isinstance(value, float) else in_words(value)
 
 
 def say_table(
@@ -250,30 +200,18 @@ def duration(seconds: float) -> str:
     return f"{seconds / size:.3g} {unit}"
 
 
-def value_text(value: Any) -> str:
-    """Return one value of a setting, in short."""
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key} {value_text(part)}" for key, part in value.items())
-    if isinstance(value, list):
-        return f"({len(value)} values)"
-    try:
-        return f"{float(value):.6g}"
-    except (TypeError, ValueError):
-        return str(value)
-
-
 # --- answers --------------------------------------------------------------------------------------
 
 
 @contextmanager
-def shown(name: str = "", *, quiet: bool = False, hint: str = "") -> Iterator[Display]:
-    """Show the progress of a command; at Ctrl-C print a hint and exit with status 130."""
+def shown(name: str = "", *, quiet: bool = False) -> Iterator[Display]:
+    """Show the progress of a command; at Ctrl-C say how far it came, and exit with status 130."""
     with Display(name, quiet=quiet) as display:
         try:
             yield display
         except KeyboardInterrupt:
             display.stop()
-            complain(f"interrupted{display.reached}{hint}")
+            complain(f"interrupted{display.reached}")
             raise SystemExit(INTERRUPTED) from None
 
 
@@ -285,26 +223,9 @@ def distinct(**files: Path | None) -> None:
             raise exactcreep.InputError(name, str(path), f"must not be the file of {first}")
 
 
-def _nothing(*_: object, **__: object) -> None:
-    """Stand for what a command without ``--out`` or ``--plot`` neither saves nor draws."""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """The result of a command.
-
-    `summary` is printed by ``--json``, and `say` prints it for people. A command with ``--out`` has
-    `save`, which writes the data to its path (over an existing file with ``force=True``), and one
-    with ``--plot`` has `draw`, which returns the figure. `status` is the exit status, and `remark`
-    a sentence for standard error.
-    """
-
-    summary: Mapping[str, Any]
-    say: Callable[[], object]
-    save: Callable[..., object] = _nothing
-    draw: Callable[[], Any] = _nothing
-    status: int = 0
-    remark: str = ""
+def drawing(function: str, *arguments: Any) -> Callable[[], Any]:
+    """Return what draws by a ``module:function`` of `exactcreep.figures`, imported only then."""
+    return lambda: resolve_name(f"exactcreep.figures.{function}")(*arguments)
 
 
 @Parameter(name="*")
@@ -338,39 +259,51 @@ class Printed:
         if self.plot is not None:
             check_picture(self.plot)
 
-    def deliver(self, answer: Answer) -> None:
-        """Save, draw and print an answer (even if the disk is full), and exit with its status."""
+    def deliver(
+        self,
+        summary: Mapping[str, Any],
+        say: Callable[[], object],
+        *,
+        save: Callable[..., object] | None = None,
+        draw: Callable[[], Any] | None = None,
+        status: int = 0,
+        remark: str = "",
+    ) -> None:
+        """Save, draw and print an answer (even if the disk is full), and exit with its status.
 
-        def draw(path: Path, *, force: bool) -> None:
-            from exactcreep.figures import style
+        `summary` is printed by ``--json``, and `say` prints it for people. `save` writes the data
+        to a path (over an existing file with ``force=True``), `draw` returns the figure, and
+        `remark` is a sentence for standard error.
+        """
 
-            style.save_picture(answer.draw(), path, force=force)
+        def write_picture(path: Path, *, force: bool) -> None:
+            figure = draw and draw()  # imports matplotlib
+            resolve_name("exactcreep.figures.style:save_picture")(figure, path, force=force)
 
         preparation.ended()  # what was found in time is delivered
         written, failed = list[Path](), None
-        for path, write in ((self.out, answer.save), (self.plot, draw)):
-            if path is not None:
+        for path, write in ((self.out, save), (self.plot, write_picture)):
+            if path is not None and write is not None:
                 try:
                     write(path, force=self.force)
                     written.append(path)
                 except exactcreep.InputError as error:
                     failed = failed or error
                 except KeyboardInterrupt:
-                    left = f"interrupted: {path} is not written"
-                    answer = replace(answer, status=INTERRUPTED, remark=left)
+                    status, remark = INTERRUPTED, f"interrupted: {path} is not written"
                     break
         if self.json:
-            put(as_json(answer.summary))
+            put(as_json(summary))
         else:
-            answer.say()
+            say()
         for path in written:
             say_written(path)
         if failed is not None:
             raise failed
-        if answer.remark:
-            complain(answer.remark)
-        if answer.status:
-            raise SystemExit(answer.status)
+        if remark:
+            complain(remark)
+        if status:
+            raise SystemExit(status)
 
 
 @Parameter(name="*")

@@ -13,13 +13,7 @@ from pathlib import Path
 from typing import Annotated
 
 import exactcreep
-from exactcreep.commands.answer import (
-    Answer,
-    Drawing,
-    Output,
-    Printed,
-    put,
-)
+from exactcreep.commands.answer import Drawing, Output, Printed, drawing, put
 from exactcreep.commands.values import (
     File,
     Flag,
@@ -66,14 +60,14 @@ def scenes(scene: Name | None = None, /, *, output: Printed = DEFAULT) -> None:
         if scene not in texts:
             raise exactcreep.InputError("scene", scene, one_of(scene, texts))
         about = {"name": scene, "toml": texts[scene]}
-        return output.deliver(Answer(about, lambda: put(texts[scene], end="")))
+        return output.deliver(about, lambda: put(texts[scene], end=""))
     loaded = [exactcreep.load_scene(name) for name in texts]
     listed = [
         {"name": each.name, "title": each.title, "members": len(each.settings())} for each in loaded
     ]
     width = max(len(each.name) for each in loaded)
     lines = "\n".join(f"{each.name:<{width}}  {each.title}" for each in loaded)
-    output.deliver(Answer({"scenes": listed}, lambda: put(lines)))
+    output.deliver({"scenes": listed}, lambda: put(lines))
 
 
 def show(
@@ -108,7 +102,7 @@ def show(
     exactcreep show run.nc --half-cycle 37 --window 10 --out inside.pdf
     """
     from exactcreep.commands.run import known_text
-    from exactcreep.figures.run import draw_run, inside
+    from exactcreep.figures.run import inside
     from exactcreep.watch.limits import Limits
 
     output = Output(plot=out or run.with_suffix(".png"), force=force)
@@ -121,8 +115,7 @@ def show(
         view = inside(seen, around, wide or 1, limits, display.show)
     said = partial(put, f"trajectory {known_text(seen)}")
     remark = "" if view else "nothing is drawn from inside: no rearrangement, or more than 20000"
-    draw = partial(draw_run, seen, run.stem, view)
-    output.deliver(Answer({}, said, draw=draw, remark=remark))
+    output.deliver({}, said, draw=drawing("run:draw_run", seen, run.stem, view), remark=remark)
 
 
 def animate(
@@ -155,7 +148,7 @@ def animate(
 
     Examples
     --------
-    exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
+    exactcreep animate six-sliders-cycles --rearrangement 5 --out one.gif
     exactcreep animate thirty-sliders-cycles --frames 60
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche
@@ -184,7 +177,7 @@ def animate(
         f"rearrangement {found.number}, half-cycle {found.half_cycle}:"
         f" {len(motion.events)} events in {float(motion.duration):.4g} tau_dyn"
     )
-    output.deliver(Answer({}, partial(put, said), save))
+    output.deliver({}, partial(put, said), save=save)
 
 
 def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag = False) -> None:

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 import exactcreep
-from exactcreep.commands.answer import Answer, Drawing, put, shown
+from exactcreep.commands.answer import Drawing, drawing, put, say_rows, shown
 from exactcreep.commands.values import Name, Number, taken
 
 _DRAWN = Drawing()
@@ -119,13 +119,9 @@ def record(file: Table, /, *, layout: Layout = _FOUND, output: Drawing = _DRAWN)
         remarks = [f"# {each}" for each in (readings.told(), *readings.lacking())]
         put("\n".join([*remarks, *lines]))
 
-    def draw() -> Any:
-        from exactcreep.figures.record import draw_record
-
-        return draw_record(readings, file.name)
-
     remark = "; ".join([*wrong, *readings.doubts()])
-    output.deliver(Answer(summary, tell, draw=draw, status=2 * bool(wrong), remark=remark))
+    draw = drawing("record:draw_record", readings, file.name)
+    output.deliver(summary, tell, draw=draw, status=2 * bool(wrong), remark=remark)
 
 
 def roof(
@@ -159,9 +155,8 @@ def roof(
 
     Examples
     --------
-    exactcreep roof station.csv --length 8 --slope-degrees 30 --material lead --plot roof.png
+    exactcreep roof station.csv --length 8 --slope-degrees 30 --plot roof.png
     """
-    from exactcreep.commands.answer import say_rows
     from exactcreep.model.numbers import exact_number
     from exactcreep.records.table import RECIPE
 
@@ -199,16 +194,12 @@ def roof(
     rows |= {"lacking" if k == 0 else " ": said for k, said in enumerate(readings.lacking())}
     title = f"{file.name}: {material}, {length} m, {slope_degrees} degrees"
 
-    def draw() -> Any:
-        from exactcreep.figures.walk import draw_walk
-
-        return draw_walk(descent, title)
-
     about = {
         "file": str(file), **summary, "read": readings.told(), "T0": T0, "material": of_sheet,
         "doubts": {"sampling": " ".join(readings.lacking())} if readings.lacking() else {},
     }  # fmt: skip
-    output.deliver(Answer(about, lambda: say_rows(rows.items()), draw=draw))
+    draw = drawing("walk:draw_walk", descent, title)
+    output.deliver(about, lambda: say_rows(rows.items()), draw=draw)
 
 
 _THICKNESS = "0.003"  # m, of one metre of width; the descent does not depend on it

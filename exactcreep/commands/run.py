@@ -16,10 +16,10 @@ from exactcreep.commands.answer import (
     INTERRUPTED,
     LIMIT,
     STALE,
-    Answer,
     Output,
     counted,
     distinct,
+    drawing,
     duration,
     put,
     say,
@@ -28,7 +28,6 @@ from exactcreep.commands.answer import (
     say_table,
     say_written,
     shown,
-    value_text,
 )
 from exactcreep.commands.values import (
     File,
@@ -132,17 +131,14 @@ class Session(Output):
         if moved is not None:
             summary |= {"walk" if math.isnan(moved.time_unit) else "descent": moved.summary()}
 
-        def draw() -> Any:
-            from exactcreep.figures.run import draw_run
-            from exactcreep.figures.walk import draw_walk
-
-            return draw_walk(moved, wanted.title) if moved else draw_run(result, wanted.title)
+        shape, drawn = ("run:draw_run", result) if moved is None else ("walk:draw_walk", moved)
+        draw = drawing(shape, drawn, wanted.title)
 
         def tell() -> None:
             say_heading(wanted.name, wanted.title)
             _print_run(result, moved)
 
-        output.deliver(Answer(summary, tell, result.save, draw, status, remark))
+        output.deliver(summary, tell, save=result.save, draw=draw, status=status, remark=remark)
 
     def sweep(self, limits: Limits, wanted: Scene) -> None:
         """Run every member of a scene, then draw and print the grid, and exit with its status."""
@@ -189,15 +185,11 @@ class Session(Output):
             say_heading(wanted.name, wanted.title)
             _print_grid(data)
 
-        def draw() -> Any:
-            from exactcreep.figures.sweep import draw_sweep
-
-            return draw_sweep(data, wanted.title or wanted.name)
-
         if self.out is not None:
             say_written(self.out / "sweep.nc")
         summary = {"scene": wanted.name, "members": members}
-        output.deliver(Answer(summary, tell, draw=draw, status=status, remark=remark))
+        draw = drawing("sweep:draw_sweep", data, wanted.title or wanted.name)
+        output.deliver(summary, tell, draw=draw, status=status, remark=remark)
 
 
 DEFAULT = Session()
@@ -278,10 +270,10 @@ def run(
     --------
     exactcreep run two-sliders-cycles
     exactcreep run six-sliders-cycles --set chain.tan_alpha=1/5 --plot run.png
-    exactcreep run six-sliders-cycles --set drive.cycles=1e5 --checkpoint six.ckpt --out six.nc
+    exactcreep run two-sliders-cycles --checkpoint two.ckpt --out two.nc
     exactcreep run bristol-roof --plot roof.png
-    exactcreep run chain-plateaus --workers 8 --out plateaus --plot plateaus.png
-    exactcreep run two-sliders-cycles --set vary.drive.amplitude=[0.005,0.01] --seeds 100
+    exactcreep run chain-plateaus --out plateaus --plot plateaus.png
+    exactcreep run two-sliders-cycles --set vary.chain.n=[2,3] --seeds 100
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
 
@@ -311,14 +303,6 @@ def run(
 # --- printing a run -------------------------------------------------------------------------------
 
 
-def _number_or_range(name: str, value: Any) -> str:
-    """Return a parameter of a chain; a list as its least and largest value, end forces as both."""
-    if name == "end_forces":
-        return " and ".join(f"{float(force):.6g}" for force in value)
-    ends = dict.fromkeys([min(value), max(value)] if isinstance(value, list) else [value])
-    return " to ".join(f"{float(end):.6g}" for end in ends)
-
-
 def _measured(result: Creep) -> str:
     from exactcreep.model.numbers import with_error
 
@@ -335,9 +319,10 @@ def _measured(result: Creep) -> str:
 
 def _print_run(result: Creep, moved: Walk | None) -> None:
     from exactcreep.laws import prediction
+    from exactcreep.model.numbers import in_short
 
     chain = [pair for pair in result.chain.parameters().items() if pair[0] != "n"]
-    numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in chain)
+    numbers = "".join(f", {name} = {in_short(value)}" for name, value in chain)
     options = "".join(f", {name} = {v}" for name, v in result.experiment.options.items())
     say(f"N = {result.chain.n}{numbers}; solver {result.solver}{options}, seed {result.seed}")
     rows: list[tuple[str, Any]] = [
@@ -428,7 +413,7 @@ def _outcomes(cells: Any) -> Counter[str]:
 
 def _print_grid(grid: xr.Dataset) -> None:
     from exactcreep.figures.sweep import points_of
-    from exactcreep.model.numbers import with_error
+    from exactcreep.model.numbers import in_short, with_error
 
     points, rows = points_of(grid, _MOST_ROWS), []
     for point in points:
@@ -437,7 +422,7 @@ def _print_grid(grid: xr.Dataset) -> None:
         if own.total() == 1 and "velocity_decimal" in grid:
             text = str(point.cells["velocity_decimal"].item()) or text
         rows.append((
-            *map(value_text, point.varied.values()), text,
+            *map(in_short, point.varied.values()), text,
             *beside(velocity, point.error, law.printed if law else ()),
             *beside(velocity, point.error, law.values if law else (), law.deviation if law else 0),
             counted(own) if own.total() > 1 else next(iter(own)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -15,11 +16,12 @@ import exactcreep
 from exactcreep.commands.answer import (
     INTERRUPTED,
     LIMIT,
-    Answer,
     Drawing,
     Output,
     Printed,
+    drawing,
     duration,
+    put,
     say,
     say_heading,
     say_rows,
@@ -33,7 +35,6 @@ from exactcreep.commands.values import (
     SceneName,
     Settings,
     Whole,
-    described,
     scene_of,
     taken,
     whole,
@@ -86,7 +87,7 @@ QUESTIONS = {
         Output,
         (
             "--n 6 --amplitude 0.000969",
-            "--n 6 --amplitude 0.000984 --cycles 50000 --plot lives.png",
+            "--n 6 --amplitude 0.000984 --plot lives.png",
         ),
     ),
 }
@@ -129,16 +130,16 @@ def question(command: str) -> Callable[..., None]:
 
         def tell() -> None:
             say(result.sentence[0].upper() + result.sentence[1:], markup=False)
-            say_summary({name: summary[name] for name in summary if name not in result._worded})
+            say_summary(summary)
 
-        output.deliver(Answer(
+        output.deliver(
             summary,
             tell,
             save=lambda path, force: write_dataset(result.dataset, path, force=force),
             draw=lambda: result.plot(),  # noqa: PLW0108 - matplotlib is imported only here
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
             remark="interrupted: this is the part known so far" if interrupted else "",
-        ))  # fmt: skip
+        )
 
     ask.__signature__ = _signature(public, about.group)  # type: ignore[attr-defined]
     ask.__doc__ = _docstring(public, [f"exactcreep {command} {line}" for line in about.examples])
@@ -146,28 +147,33 @@ def question(command: str) -> Callable[..., None]:
 
 
 def _docstring(public: Callable[..., Any], examples: Sequence[str]) -> str:
-    """Return a function's docstring up to its sections, with exit statuses and examples."""
-    text = f"{inspect.getdoc(public)}".partition("\n\nParameters\n")[0]
-    status = "Exit status: 0 answered, 2 bad input, 3 a limit (with the part known so far)."
-    return "\n".join([text, "", status, "", "Examples", "--------", *examples])
+    """Return a function's docstring and its parameters, with exit statuses and examples."""
+    text, _, sections = f"{inspect.getdoc(public)}".replace("`", "").partition("\nParameters\n")
+    status = "Exit status: 0 answered, 2 bad input, 3 a limit (with the part known so far).\n"
+    parameters = sections.partition("\nReturns\n")[0]
+    parameters = re.sub(r"(?<=\n) .*(\n .*)+", _unfolded, parameters)
+    return "\n".join([text, status, "Parameters", parameters, "Examples", "--------", *examples])
+
+
+def _unfolded(lines: re.Match[str]) -> str:
+    return "    " + " ".join(lines[0].split())
 
 
 def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Signature:
-    said, options = described(public), list[inspect.Parameter]()
+    options = list[inspect.Parameter]()
     for own in inspect.signature(public).parameters.values():
         if own.name != "chain" and not any(word in str(own.annotation) for word in _UNSEEN):
-            default, kind = _as_text(own.default), _kind(own, said.get(own.name, ""))
-            options.append(inspect.Parameter(own.name, _KEYWORD, default=default, annotation=kind))
+            default = _as_text(own.default)
+            options.append(own.replace(kind=_KEYWORD, default=default, annotation=_kind(own)))
     chain = inspect.Parameter("chain", _KEYWORD, annotation=ChainOptions)
     output = inspect.Parameter("output", _KEYWORD, default=group(), annotation=group)
     return inspect.Signature([chain, *options, output])
 
 
-def _kind(own: inspect.Parameter, about: str) -> Any:
+def _kind(own: inspect.Parameter) -> Any:
     """Return the annotation of a parameter of a public function on the command line."""
-    annotation, named = str(own.annotation), dict[str, Any](help=about)
-    if own.name in _FLAGS:
-        named["name"] = _FLAGS[own.name]
+    annotation = str(own.annotation)
+    named: dict[str, Any] = {"name": _FLAGS[own.name]} if own.name in _FLAGS else {}
     if "State" in annotation:
         named = {"name": "--start-tension", "help": _START}
     if annotation == "bool":
@@ -223,7 +229,7 @@ def compare(
     --------
     exactcreep compare six-sliders-cycles
     exactcreep compare thirty-sliders-cycles --events 300 --json
-    exactcreep compare six-sliders-cycles --seeds 16 --dts 0.1,0.03,0.01 --plot compared.png
+    exactcreep compare six-sliders-cycles --seeds 16 --plot compared.png
     """
     from exactcreep.studies import comparison
     from exactcreep.studies.compare import ladder
@@ -250,13 +256,9 @@ def compare(
         )
     about, title = {"scene": compared.name, "set": first}, compared.title or compared.name
 
-    def draw() -> Any:
-        from exactcreep.figures.compare import draw_compared
-
-        return draw_compared(data, title)
-
     save, tell = partial(write_dataset, data), partial(_print_compared, data)
-    output.deliver(Answer({**about, **comparison.summary(data)}, tell, save, draw))
+    draw = drawing("compare:draw_compared", data, title)
+    output.deliver({**about, **comparison.summary(data)}, tell, save=save, draw=draw)
 
 
 def _print_compared(data: xr.Dataset) -> None:
@@ -276,14 +278,14 @@ def _print_compared(data: xr.Dataset) -> None:
         ))  # fmt: skip
     names = ("parted", "after", "error", "time", "range", "bias %")
     say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
-    seeds = data.sizes["seed"]
-    say(
-        f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}; parted:"
-        " seeds with a wrong event; after: events before it, median (inf: none is wrong); error: of"
-        " positions before any method is wrong (g tau_dyn^2; certified: proved), median; time:"
-        " processor time per half-cycle, median and range of"
-        f" {data.sizes['repetition']} repetitions; bias: of the mean velocity against exact with"
-        f" the same disorder, 95 %; {unresolved(data)} where the interval is wider than 10 %",
-        style="dim",
-    )
+    seeds, times = data.sizes["seed"], data.sizes["repetition"]
+    put(f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}")
+    say_rows((
+        ("parted", "number of seeds with a wrong event"),
+        ("after", "right events before the first wrong event, median; inf: none is wrong"),
+        ("error", "of positions until a method is wrong, g tau_dyn^2, median; certified: proved"),
+        ("time", f"processor time per half-cycle, median and range of {times} repetitions"),
+        ("bias", "of the mean velocity against exact with the same disorder, at 95 %"),
+        ("", f"{unresolved(data)} where this interval is wider than 10 %"),
+    ))  # fmt: skip
     say(f"[bold]{sentence(data)}[/bold]")

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import Parameter
 
 import exactcreep
-from exactcreep.watch import terminal
 
 if TYPE_CHECKING:
     from exactcreep import Scene
@@ -105,36 +104,12 @@ def whole(text: str | None, name: str, least: int = 1, most: int | None = None) 
 # --- docstrings -----------------------------------------------------------------------------------
 
 _SECTION = re.compile(r"\n\n(\w[\w ]*)\n-+\n")
-_ENTRY = re.compile(r"^(\w[\w, ]*?)(?: : .*)?$\n((?:^ +\S.*\n|^\n(?= ))*)", re.MULTILINE)
 
 
 def help_of(function: Callable[..., Any]) -> str:
     """Return a docstring without its sections, one line per paragraph, and its examples."""
     said, *parts = _SECTION.split(inspect.getdoc(function) or "")
     lines = dict(zip(parts[::2], parts[1::2], strict=True)).get("Examples", "").splitlines()
-    examples = "\n".join(f"    {_continued(line)}" for line in lines if line)
+    examples = "\n".join(f"    {line}" for line in lines if line)
     text = re.sub(r"(?<=\S)\n(?=\S)", " ", said)
     return f"{text}\n\nExamples of use:\n\n{examples}" if examples else text
-
-
-def _continued(line: str) -> str:
-    """Return a command line broken with backslashes, so that it can be copied from any terminal."""
-    import textwrap
-
-    room = terminal.width() - 6  # without the indent, a blank and a backslash
-    kept = re.sub(r"(--\S+) (?!-)", "\\1\N{NO-BREAK SPACE}", line)  # an option and its value
-    parts = textwrap.wrap(
-        kept, room, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
-    )
-    return " \\\n    ".join(parts).replace("\N{NO-BREAK SPACE}", " ")
-
-
-def described(function: Callable[..., Any]) -> dict[str, str]:
-    """Return the description of each parameter in the docstring of a public function."""
-    _, *parts = _SECTION.split(inspect.getdoc(function) or "")
-    section = dict(zip(parts[::2], parts[1::2], strict=True)).get("Parameters", "")
-    return {
-        name.strip(): " ".join(about.replace("`", "").split())
-        for names, about in _ENTRY.findall(section + "\n")
-        for name in names.split(",")
-    }

@@ -167,8 +167,8 @@ def _draw_chain(axes: Axes, moved: Floats, velocities: Floats, tan_alpha: float)
     about = f"sliders 1 (the uppermost) to {n}; displacements times {scale:.3g}"
     axes.set_xlabel(about, fontsize=8)
     inks = {"moves down": _DOWN, "moves up": _UP, "rests": _REST}
-    where = "upper right" if slope >= 0 else "upper left"
-    axes.legend([Patch(color=ink) for ink in inks.values()], [*inks], loc=where, ncols=3)
+    axes.legend([Patch(color=ink) for ink in inks.values()], [*inks], ncols=3,
+                loc="upper right" if slope >= 0 else "upper left")  # fmt: skip
     heights = half * np.array([1, 1, 2, 0, 2, 0, 1, 1])  # of a spring from slider to slider
 
     def move(k: int) -> None:

@@ -45,10 +45,7 @@ def draw_fate(found: Fate) -> Figure:
     if settled is not None and settled <= shown:
         for axes in (above, below):
             axes.axvline(settled, color=INKS[7], linestyle=(0, (4, 2)), linewidth=0.9)
-        side = "right" if 2 * settled > shown else "left"  # the wider side has room for the words
-        said = f" {found.outcome.value.replace('_', ' ')}, period {found.period} "
-        above.text(settled, 0.02, said, fontsize=8, transform=above.get_xaxis_transform(),
-                   va="bottom", ha=side)  # fmt: skip
+        above.set_title(f"broken line: settled, period {found.period}", fontsize=8)
     return figure
 
 

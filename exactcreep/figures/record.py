@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 from exactcreep.figures.style import INKS, new_figure, styled
 from exactcreep.records.readings import SHORT_UNITS, Readings
 
-_MOST_NAMED = 6
-
 
 @styled
 def draw_record(readings: Readings, title: str = "") -> Figure:
@@ -28,22 +26,15 @@ def draw_record(readings: Readings, title: str = "") -> Figure:
         axes.plot(times[part], values[part], color=INKS[0], linewidth=0.6)
     low, high = axes.get_ylim()
     high += 0.12 * (high - low)  # room for the marks
-    if wrong["gap"].size:
-        shown = axes.get_xaxis_transform()
-        begins, ends = readings.times[wrong["gap"] - 1], readings.times[wrong["gap"]]
-        for k, span in enumerate(zip(begins, ends, strict=True)):
-            axes.fill_between(span, 0, 1, transform=shown, color=INKS[1], alpha=0.25, linewidth=0,
-                              label=None if k else "gap")  # fmt: skip
+    for k, place in enumerate(wrong["gap"].tolist()):
+        axes.axvspan(*readings.times[place - 1 : place + 1], color=INKS[1], alpha=0.25, linewidth=0,
+                     label=None if k else "gap")  # fmt: skip
     for kind, mark, label in (("missing", "|", "missing"), ("far", "x", "far from its neighbours")):
         places = wrong[kind]
         heights = np.clip(np.nan_to_num(found[places], nan=high), low, high)
         if places.size:
             axes.plot(readings.times[places], heights, mark, color=INKS[1], label=label,
                       clip_on=False, markersize=7, markeredgewidth=1.5)  # fmt: skip
-        if kind == "far":
-            for k, height in zip(places[:_MOST_NAMED].tolist(), heights.tolist(), strict=False):
-                axes.annotate(f"  {readings.entries[k]}", (readings.times[k], height), fontsize=8,
-                              va="bottom" if height < high else "top")  # fmt: skip
     axes.set_ylim(low, high)
     if any(places.size for places in wrong.values()):
         axes.legend(loc="lower right", bbox_to_anchor=(1, 1), fontsize=8, ncols=3)

@@ -23,11 +23,9 @@ from exactcreep.figures.style import (
     INKS,
     LENGTH,
     STYLE,
-    PlainNumbers,
     new_figure,
     setting_label,
     styled,
-    symbol_of,
 )
 from exactcreep.laws import prediction
 from exactcreep.model.enclosure import floats
@@ -79,8 +77,6 @@ def draw_run(run: Creep, title: str = "", seen: Inside | None = None) -> Figure:
     if not np.size(run.recorded.get("x_G", ())):
         words = f"{run.finding}\nbefore the end of a first half-cycle"
         bottom.text(0.5, 0.5, words, transform=bottom.transAxes, ha="center", va="center")
-        top.set(xticks=[], yticks=[])
-        bottom.set(xticks=[], yticks=[])
         return figure
     draw_one(bottom, run)
     _draw_law(bottom, run)
@@ -105,7 +101,7 @@ def _draw_theta(axes: Axes, run: Creep, first: int, last: int) -> None:
     axes.plot(np.arange(first - 1, last + 1), theta, color="0.25",
               linewidth=0.7 if theta.size < 2000 else 0.3)  # fmt: skip
     axes.margins(x=0.01)
-    axes.yaxis.set_major_formatter(_theta_label)
+    axes.ticklabel_format(axis="y", style="plain")
     axes.tick_params(labelbottom=False)
 
 
@@ -231,19 +227,11 @@ def _draw_inside(panels: Mapping[str, Axes], run: Creep, seen: Inside) -> None:
         each.tick_params(labelbottom=False)
 
 
-def _theta_label(theta: float, _: object) -> str:
-    """Return a tick label without a factor 10**k, which would overlap the title."""
-    return f"{round(theta, 12) + 0.0:g}".replace("-", "\N{MINUS SIGN}")
-
-
 def parameters_text(run: Creep, each: int = 99) -> str:
     """Return the parameters of a run, so many in a line; a list as its least and largest value."""
-    known, parts = run.chain.parameters() | run.drive.parameters(), list[str]()
-    for key, value in known.items():
-        if isinstance(value, list) and key in _ALONG:
-            parts.append(f"{symbol_of(key)} = {float(min(value)):g} to {float(max(value)):g}")
-        elif isinstance(value, (int, Fraction)):
-            parts.append(setting_label(key, value))
+    known = run.chain.parameters() | run.drive.parameters()
+    parts = [setting_label(key, value) for key, value in known.items()
+             if key in _ALONG or isinstance(value, (int, Fraction))]  # fmt: skip
     return ",\n".join(", ".join(parts[k : k + each]) for k in range(0, len(parts), each))
 
 
@@ -253,17 +241,15 @@ def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1]) -> None:
     if law is None or not law.values or run.solver == Sliding.name:
         return
     off = f" (± {law.deviation:.2g} per {run.drive.per})" if law.deviation > 0 else ""
+    labels = [f"law: {law.law}{off}", *[""] * (len(law.values) - 1)]
     begin = min(run.burn_in, run.half_cycles - 1)
     time = np.array([begin, run.half_cycles])
     height = _trajectory(run.recorded["x_G"], _start(run).mean())[1][begin]
-    for number, velocity in enumerate(law.values):
-        axes.plot(time, height + velocity * (time - begin), color=ink, linestyle=DASHED,
-                  linewidth=1, label="" if number else f"law: {law.law}{off}",
-                  zorder=4)  # fmt: skip
-        if law.deviation > 0:
-            low, high = (height + (velocity + sign * law.deviation) * (time - begin)
-                         for sign in (-1, 1))  # fmt: skip
-            axes.fill_between(time, low, high, color=ink, alpha=0.2, linewidth=0)
+    lines = height + np.outer(time - begin, law.values)
+    axes.plot(time, lines, color=ink, linestyle=DASHED, linewidth=1, label=labels, zorder=4)
+    wide = np.nan_to_num(law.deviation) * (time - begin)
+    low, high = lines.min(axis=1) - wide, lines.max(axis=1) + wide
+    axes.fill_between(time, low, high, color=ink, alpha=0.2, linewidth=0)
 
 
 def _start(run: Creep) -> Floats:
@@ -381,9 +367,6 @@ class Plots:
         axes.set(xscale="log", yscale="log", xlabel=MEASURES[measure])
         without = f", without {binned.zeros} of 0" if binned.zeros else ""
         axes.set_ylabel(f"density of {measure}{without}")
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(PlainNumbers())
-            axis.set_minor_formatter(PlainNumbers(minor_thresholds=(1.6, 0.5)))
         # an error bar as long as its value would reach down to zero on a logarithmic axis
         axes.set_ylim(float(y.min()) / 3, max(2 * float(y.max()), axes.get_ylim()[1]))
         return axes

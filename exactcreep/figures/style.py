@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import io
-import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.ticker import LogFormatterSciNotation
 
+from exactcreep.model.numbers import in_short
 from exactcreep.quasistatic.writing import check_picture, write_file
 from exactcreep.watch.terminal import printable
 
@@ -28,28 +26,13 @@ DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 2))
 LENGTH = r"($g\,\tau_\mathrm{dyn}^2$)"
 DISPLACEMENT = f"displacement $x_G$ {LENGTH}"
 VELOCITY = r"$\tau_\mathrm{th}\langle v_G\rangle$  " + LENGTH
-PLAIN = (1e-3, 2e4)
-"""Range in which a logarithmic axis shows plain numbers instead of powers of ten."""
 MOST_NAMED = 16
 """Most families that a legend names."""
-_MOST_SIGNS = 40
-"""Most characters of a start in a legend."""
 _SYMBOLS = {
     "n": "N", "l0": r"$l_0$", "mu_d": r"$\mu_\mathrm{d}$", "mu_s": r"$\mu_\mathrm{s}$",
     "sigma_mu": r"$\sigma_\mu$", "tan_alpha": r"$\tan\alpha$", "amplitude": r"$A_\theta$",
     "sigma_theta": r"$\sigma_\theta$",
 }  # fmt: skip
-
-
-class PlainNumbers(LogFormatterSciNotation):
-    """Labels of a logarithmic axis: plain numbers in the range `PLAIN`, else powers of ten."""
-
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        """Return the label of a tick, empty if it has none."""
-        low, high = PLAIN
-        label = super().__call__(x, pos)
-        least, largest = sorted(self.axis.get_view_interval())  # type: ignore[union-attr]
-        return f"{x:g}" if label and low <= least and largest <= high else label
 
 
 def new_figure(width: float, height: float, title: str = "", dpi: int | None = None) -> Figure:
@@ -82,14 +65,4 @@ def symbol_of(key: str) -> str:
 
 def setting_label(key: str, value: Any) -> str:
     """Return a label for one setting of a member."""
-    if isinstance(value, Mapping) and "size" in value:
-        return f"{key.rpartition('.')[2]} {value.get('seed', 0)}"
-    if isinstance(value, str) and key.rpartition(".")[2] == "start":
-        words = re.sub(r'[{}\[\]":]', "", value)
-        return words if len(words) <= _MOST_SIGNS else f"{words[:_MOST_SIGNS]}..."
-    if isinstance(value, (list, Mapping)):
-        return f"{symbol_of(key)} = ({len(value)} values)"
-    try:
-        return f"{symbol_of(key)} = {float(value):.6g}"
-    except (TypeError, ValueError):
-        return f"{symbol_of(key)} = {value}"
+    return f"{symbol_of(key)} = {in_short(value)}"

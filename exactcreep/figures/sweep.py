@@ -36,7 +36,6 @@ from exactcreep.laws import Prediction, prediction_of
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.uniform import END_FORCES, EXPANSION
-from exactcreep.quasistatic.statistics import mean_over_seeds
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.sweep import SEED, dimensions
 
@@ -44,8 +43,6 @@ MAPPED = 5
 """A sweep over two quantities with at least this many values each is drawn as a map."""
 LAW = "law that holds"
 """Legend of `Prediction.values`."""
-MOST_LINES = 10
-"""Most cells that are drawn as lines although a number varies among them."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
 _UNLIKE = (END_FORCES, EXPANSION)
 _FINE = 80  # points along a side of a map at which the law is computed
@@ -65,7 +62,7 @@ class Point:
     measured: float
     error: float = math.nan
     parameters: dict[str, Any] = field(default_factory=dict)
-    cells: xr.Dataset | None = None
+    cells: Any = None
 
     def prediction(self, **changed: Any) -> Prediction | None:
         """Return what the laws predict here, or where some parameters differ, or None."""
@@ -96,8 +93,8 @@ def points_of(dataset: xr.Dataset, most: int | None = None) -> list[Point]:
         own = {key.rpartition(".")[2]: exact_or_same(value) for key, (_, value) in pairs.items()}
         varied = {names[key]: _shown(value) for key, (_, value) in pairs.items()}
         here = dataset.isel({names[key]: place for key, (place, _) in pairs.items()})
-        velocity, error = (np.atleast_1d(here[name]) for name in ("velocity", "velocity_error"))
-        mean, off = map(float, mean_over_seeds(velocity, error))
+        name = "velocity_mean" if SEED in vary else "velocity"
+        mean, off = float(here[name]), float(here[f"{name}_error"])
         points.append(Point(varied, mean, off, shared | own, here))
     return points
 
@@ -121,9 +118,9 @@ def _shown(value: Any) -> Any:
 
 
 def as_lines(vary: Mapping[str, Sequence[Any]]) -> bool:
-    """Return whether a grid is drawn as trajectories: few, or along no number of three values."""
+    """Return whether a grid is drawn as trajectories: no number in it has three values."""
     lengths = (_numbers(list(map(_shown, values))) for key, values in vary.items() if key != SEED)
-    return math.prod(map(len, vary.values())) <= MOST_LINES or max(lengths, default=0) < 3
+    return max(lengths, default=0) < 3
 
 
 @styled

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -48,35 +47,16 @@ def draw_threshold(found: Threshold) -> Figure:
         _windows(axes, found)
         for beneath in under:
             _advance(beneath, found)
-    places = {**laws_beside(chain), "none": edges(chain).get("no_lasting_creep")}
-    known = {name: float(str(value)) for name, value in places.items() if value is not None}
-    low, high = _span(axes, found, known)
+    laws = {**laws_beside(chain), "none": edges(chain).get("no_lasting_creep")}
+    known = {name: float(str(value)) for name, value in laws.items() if value is not None}
     for (name, value), dashes in zip(known.items(), itertools.cycle(DASHES[1:]), strict=False):
-        label, ink = f"{_LAWS[name]}: {value:.6g}", INKS[7 if name == "none" else 1]
-        if low <= value <= high:
-            axes.axvline(value, color=ink, linestyle=dashes, label=label)
-        else:
-            side = "left" if value < low else "right"
-            axes.plot([], [], color=ink, linestyle=dashes, label=f"{label}, to the {side}")
-    axes.set(xlabel=r"amplitude $A_\theta$", xlim=(low, high))
+        axes.axvline(value, color=INKS[7 if name == "none" else 1], linestyle=dashes,
+                     label=f"{_LAWS[name]}: {value:.6g}")  # fmt: skip
+    axes.margins(x=0.08)
+    axes.set_xlabel(r"amplitude $A_\theta$")
     axes.locator_params(axis="x", nbins=6)
     figure.legend(loc="outside lower center", fontsize=7)
     return figure
-
-
-def _span(axes: Axes, found: Threshold, laws: Mapping[str, float]) -> tuple[float, float]:
-    """Return the range of amplitudes to draw; around a threshold it includes the laws."""
-    axes.margins(x=0.05)
-    if found.kind == INTERCEPT and not found.amplitudes.size:
-        return 0.95 * min(laws.values()), 1.05 * max(laws.values())
-    low, high = axes.get_xlim() if axes.has_data() else (min(laws.values()), max(laws.values()))
-    if found.kind != INTERCEPT:
-        low, high = min(low, *laws.values()), max(high, *laws.values())
-        margin = 0.08 * (high - low)
-        low, high = low - margin, high + margin
-        if found.edges and found.edges[-1].begins:
-            high = _OPEN * float(found.edges[-1].middle)
-    return low, high
 
 
 def _advance(axes: Axes, found: Threshold) -> None:

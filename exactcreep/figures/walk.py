@@ -18,7 +18,6 @@ from exactcreep.solid import Solid
 from exactcreep.walk import DAYS_PER_YEAR, FRICTION, Walk
 
 _KILO = 1000
-_APART = 0.055  # least distance of two labels, as a part of the height
 _LINES = 6  # most cycles whose displacement is drawn
 
 
@@ -35,22 +34,12 @@ def draw_walk(walk: Walk, title: str = "") -> Figure:
     chosen = np.unique(np.linspace(1, cycles, min(cycles, _LINES)).round().astype(int))
     colds = (walk.steps + 1) * chosen - 1
     for cycle, cold in zip(chosen.tolist(), colds.tolist(), strict=True):
-        shade = 0.25 + 0.75 * cycle / cycles
-        for row, ink in ((cold - 1, INKS[1]), (cold, INKS[0])):
-            moved.plot(pipe.positions, walk.displacement[row], color=ink, alpha=shade, linewidth=1)
-    ends = walk.displacement[colds, -1]
-    order = np.argsort(ends, kind="stable")
-    low, high = moved.get_ylim()
-    steps = _APART * (high - low) * np.arange(ends.size)
-    places = np.maximum.accumulate(ends[order] - steps) + steps
-    for cycle, end, place in zip(chosen[order].tolist(), ends[order], places, strict=True):
-        last = pipe.positions[-1]
-        moved.annotate(
-            f"cycle {cycle}", (last, end), (last * 1.04, place), fontsize=7, va="center",
-            color="0.3", arrowprops={"arrowstyle": "-", "color": "0.6", "linewidth": 0.5},
-        )  # fmt: skip
-    moved.set_xlim(right=pipe.positions[-1] * 1.16)  # room for the labels of the cycles
+        look: dict[str, Any] = {"alpha": 0.25 + 0.75 * cycle / cycles, "linewidth": 1}
+        moved.plot(pipe.positions, walk.displacement[cold - 1], color=INKS[1], **look)
+        moved.plot(pipe.positions, walk.displacement[cold], color=INKS[0], **look,
+                   label=f"cycle {cycle}")  # fmt: skip
     moved.set(xlabel="distance from the upper end (m)", ylabel="displacement (mm)")
+    figure.legend(*moved.get_legend_handles_labels(), loc="outside right center", reverse=True)
     return figure
 
 

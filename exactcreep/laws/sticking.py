@@ -113,8 +113,8 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     Each term is a passage of a pivot to the next slider, of height 2 G. s D is the spread of the
     force that the phases of the sliding sliders add. d D is the extra distance, compared with the
     sliding limit, before the chain turns. The eight constants were fitted to 235 chains of equal
-    sliders and 307 of `drawn_chains`, half of them at the ends of plateaus
-    (``tests/laws/drawn_chains.py``).
+    sliders and 307 that were drawn, half of them at the ends of plateaus
+    (``tests/laws/measured_chains.py``).
 
     Parameters
     ----------

@@ -182,10 +182,7 @@ class Chain(Shown):
         ndarray, shape (n,) or (n - 1,)
             Each the nearest float64.
         """
-        value = getattr(self, name)
-        if isinstance(value, tuple) and value:
-            return np.array(self.each(name, nearest_float))
-        return np.full(self.n - (name == "expansion"), nearest_float(value or Fraction(1)))
+        return np.array(self.each(name, nearest_float))
 
     @cached_property
     def rates(self) -> dict[int, Fraction]:
@@ -205,11 +202,7 @@ class Chain(Shown):
 
     @cached_property
     def _hash(self) -> int:
-        # the hash of a Fraction would take a modular inverse
-        numbers = self.n, self.l0, self.sigma_mu, self.tan_alpha, self.mu_d, self.mu_s
-        lists = (value if isinstance(value, tuple) else (value,) for value in numbers)
-        further = *lists, self.end_forces, self.expansion
-        return hash(tuple(tuple(value.as_integer_ratio() for value in each) for each in further))
+        return hash(tuple(getattr(self, each.name) for each in fields(self)))
 
     def times_cosine(self, value: Fraction) -> float:
         """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp).

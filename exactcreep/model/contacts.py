@@ -8,14 +8,12 @@ sliders start and stop.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model import keyed_disorder
@@ -92,14 +90,6 @@ Itinerary = tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]
 _BLOCK = 16  # contacts of a slider drawn together: as fast as a single draw
 
 
-class SupportsThresholds(Protocol):
-    """The operations of an arithmetic for thresholds: see `exactcreep.motion.arithmetic`."""
-
-    def number(self, value: Any) -> Any: ...
-    def vector(self, values: Iterable[Any]) -> NDArray[Any]: ...
-    def times_cosine(self, chain: Chain, value: Fraction) -> Any: ...
-
-
 class Contacts:
     """The contacts of a chain: coefficients, keyed by `seed`, and thresholds in any arithmetic.
 
@@ -116,7 +106,7 @@ class Contacts:
         self._least: list[float] = chain.each("mu_d", _least_from)
         self._drawn: dict[int, tuple[int, list[float]]] = {}  # the last block of each slider
         # cos(alpha) and mu_s cos(alpha)
-        self._scales: dict[SupportsThresholds, tuple[Any, Any]] = {}
+        self._scales: dict[Any, tuple[Any, Any]] = {}
 
     def coefficient(self, slider: int, draw: int) -> float | Fraction:
         """Return the static coefficient, as drawn, of contact `draw` (from 0) of `slider`."""
@@ -124,13 +114,10 @@ class Contacts:
             return self._mu_s[slider - 1]
         block, place = divmod(draw, _BLOCK)
         if self._drawn.get(slider, (-1, []))[0] != block:
-            drawn: list[float] = self.coefficients(slider, block * _BLOCK, _BLOCK).tolist()
-            self._drawn[slider] = block, drawn
+            made = keyed_disorder.static_coefficients
+            drawn = made(self.chain, self.seed, slider, block * _BLOCK, _BLOCK)
+            self._drawn[slider] = block, drawn.tolist()
         return self._drawn[slider][1][place]
-
-    def coefficients(self, slider: int, first: int, count: int) -> NDArray[np.float64]:
-        """Return the coefficients of contacts ``first .. first + count - 1``, shape (count,)."""
-        return keyed_disorder.static_coefficients(self.chain, self.seed, slider, first, count)
 
     def acting(self, n: int, coefficient: Any) -> Fraction:
         """Return the coefficient that acts at slider `n` (from 0): at least `mu_d`."""
@@ -144,7 +131,7 @@ class Contacts:
             return coefficient < self._least[n]
         return _rational(coefficient) < self._mu_d[n]
 
-    def holds(self, n: int, coefficient: Any, arithmetic: SupportsThresholds) -> Any:
+    def holds(self, n: int, coefficient: Any, arithmetic: Any) -> Any:
         """Return the force, unit ``m g``, that such a contact of slider `n` holds at rest.
 
         A ball encloses ``acting(n, coefficient) cos(alpha)``; a float64 is within 1.5 ulp of it.
@@ -161,12 +148,11 @@ class Contacts:
             coefficient = self._mu_d[n]
         return arithmetic.number(coefficient) * cosine
 
-    def thresholds(
-        self, coefficients: NDArray[Any], arithmetic: SupportsThresholds
-    ) -> NDArray[Any]:
+    def thresholds(self, coefficients: NDArray[Any], arithmetic: Any) -> NDArray[Any]:
         """Return the forces that contacts with these coefficients hold at rest; see `holds`."""
         each = enumerate(coefficients.tolist())
-        return arithmetic.vector([self.holds(n, value, arithmetic) for n, value in each])
+        held: NDArray[Any] = arithmetic.vector([self.holds(n, c, arithmetic) for n, c in each])
+        return held
 
     def _is_constant(self, n: int, coefficient: Any) -> bool:
         return self.chain.sigma_mu == 0 and float(coefficient) == self._mean[n]

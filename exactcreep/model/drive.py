@@ -255,7 +255,7 @@ class Cycles(Drive):
 class GaussianSteps(Drive):
     """Random temperatures: theta_q drawn independently from a normal distribution, `steps` times.
 
-    Source: Eq. 12. theta_q is keyed by (seed, q); see `exactcreep.disorder.dilation`.
+    Source: Eq. 12. theta_q is keyed by (seed, q); see `exactcreep.disorder.dilations`.
 
     Parameters
     ----------
@@ -288,45 +288,10 @@ class GaussianSteps(Drive):
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
         return dilations(self, seed, first, count)
 
-    def exact_target(self, q: int, seed: int = 0) -> Fraction:
-        return Fraction(dilation(self, seed, q))
-
-
-@refusing
-def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
-    """Return the q-th random dilation theta_q (q = 1, 2, ...), exactly; Eq. 12.
-
-    Parameters
-    ----------
-    drive : GaussianSteps
-        Provides the standard deviation.
-    seed : int
-        Seed of the drive.
-    q : int
-        Number of the target, from 1.
-
-    Returns
-    -------
-    float
-        The dilation.
-
-    Raises
-    ------
-    InputError
-        If a number is out of range.
-
-    Examples
-    --------
-    >>> round(dilation(GaussianSteps("0.01", 3), seed=5, q=1), 6)
-    0.005736
-    """
-    q = whole_number(q, "q", least=1, most=2**62)
-    return float(dilations(drive, keyed_disorder.valid_seed(seed), q, 1)[0])
-
 
 @refusing
 def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArray[np.float64]:
-    """Return theta_q for q = first .. first + count - 1, shape (count,).
+    """Return the random dilations theta_q, q = first .. first + count - 1, exactly; Eq. 12.
 
     Parameters
     ----------
@@ -342,10 +307,17 @@ def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArra
     ndarray, shape (count,)
         The dilations.
 
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+
     Examples
     --------
     >>> dilations(GaussianSteps("0.01", 3), seed=5, first=1, count=2).round(4)
     array([ 0.0057, -0.002 ])
     """
-    width = nearest_float(drive.sigma_theta)
-    return width * keyed_disorder.deviates(seed, keyed_disorder.STREAM_DILATION, 0, first, count)
+    first = whole_number(first, "first", least=1, most=2**62)
+    seed, width = keyed_disorder.valid_seed(seed), nearest_float(drive.sigma_theta)
+    stream = keyed_disorder.STREAM_DILATION
+    return np.asarray(width * keyed_disorder.deviates(seed, stream, 0, first, count)[0])

@@ -25,17 +25,11 @@ LARGEST_DEVIATE = 9
 """Bound of all normal deviates; the largest from 53 bits is 8.3."""
 
 
-def deviates(seed: int, stream: int, n: int, first: int, count: int) -> NDArray[np.float64]:
-    """Return the normal deviates of a stream with the numbers `first`, ... of slider `n`."""
-    drawn: NDArray[np.float64] = _deviates(seed, stream, n, first, (1, count))[0]
-    return drawn
-
-
-def _deviates(
-    seed: int, stream: int, n: int, first: int, shape: tuple[int, int]
+def deviates(
+    seed: int, stream: int, n: int, first: int, count: int, rows: int = 1
 ) -> NDArray[np.float64]:
-    """Return such deviates of the sliders from `n` on, a row for each."""
-    out = np.empty(shape)
+    """Return normal deviates `first`, ... of a stream, a row for each slider from `n` on."""
+    out = np.empty((rows, count))
     # imported late, so that a run without draws needs no compiler
     made: Any = import_module("exactcreep.model.deviates")
     made.deviates(np.uint64(seed), np.uint64(stream), np.int64(n), np.int64(first), out)
@@ -53,7 +47,7 @@ def first_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
     mean = chain.floats("mu_s")
     if chain.sigma_mu == 0:
         return mean
-    drawn = _deviates(seed, STREAM_COEFFICIENT, 1, 0, (chain.n, 1))[:, 0]
+    drawn = deviates(seed, STREAM_COEFFICIENT, 1, 0, 1, rows=chain.n)[:, 0]
     return drawn * nearest_float(chain.sigma_mu) + mean
 
 
@@ -94,7 +88,7 @@ def static_coefficients(
     if chain.sigma_mu == 0:
         return np.full(count, mean)
     width = nearest_float(chain.sigma_mu)
-    return mean + width * deviates(seed, STREAM_COEFFICIENT, n, first, count)
+    return np.asarray(mean + width * deviates(seed, STREAM_COEFFICIENT, n, first, count)[0])
 
 
 @refusing

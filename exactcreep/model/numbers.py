@@ -59,17 +59,16 @@ class InputError(ValueError):
     """
 
     def __init__(self, name: str, value: Any, allowed: str) -> None:
-        text = shown(value)
+        self.name, self.value, self.allowed = name, value, allowed
+        super().__init__(name, value, allowed)
+
+    def __str__(self) -> str:
+        if self.value is None and self.allowed.startswith("is missing"):
+            return f"{self.name} {self.allowed}"
+        text = shown(self.value)
         if len(text) > 80:
             text = f"{text[:20]}…{text[-50:]} ({len(text)} characters)"
-        missing = value is None and allowed.startswith("is missing")
-        super().__init__(f"{name} {allowed}" if missing else f"{name} = {text}: {allowed}")
-        self.name = name
-        self.value = value
-        self.allowed = allowed
-
-    def __reduce__(self) -> tuple[type[InputError], tuple[str, Any, str]]:
-        return (type(self), (self.name, self.value, self.allowed))
+        return f"{self.name} = {text}: {self.allowed}"
 
 
 def refusing(function: Callable[P, T]) -> Callable[P, T]:
@@ -213,6 +212,22 @@ def in_full(value: float, digits: int = 3, sign: str = "") -> str:
     ('1810', '+130', '3e+15')
     """
     return f"{float(f'{value:.{digits}g}'):{sign}.12g}"
+
+
+def in_short(value: Any) -> str:
+    """Return one value of a setting for a table or a legend; of a long list its ends.
+
+    >>> in_short("1/4"), in_short([0.4, 0.5, 0.4]), in_short({"size": "1e-6", "seed": 1})
+    ('1/4', '0.4 to 0.5', 'size 1e-06, seed 1')
+    """
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {in_short(part)}" for key, part in value.items())
+    try:
+        known = [float(part) for part in value] if isinstance(value, list) else [float(value)]
+        ends, between = ((min(known), max(known)), " to ") if len(known) > 2 else (known, " and ")
+        return between.join(f"{end:.6g}" for end in ends)
+    except (TypeError, ValueError):
+        return re.sub(r'[{}\[\]":]', "", str(value))[:40]
 
 
 def is_missing(value: Any) -> bool:

@@ -18,9 +18,10 @@ class Evidence(Enum):
     PROVED = "proved"
     """Every comparison was decided in proved (ball or rational) arithmetic."""
     COMPUTED = "computed"
-    """Floating-point arithmetic decided every comparison by more than its rounding bound. By an
-    estimate the errors of tensions stay below 1e-12 of the largest force in a rearrangement, and
-    (by perturbed copies) below 1e-9 of it in a run."""
+    """float64 decided every comparison by more than its rounding bound, and an estimate shows that
+    rounding does not decide what is said: by it, the errors of tensions stay below 1e-12 of the
+    largest force in a rearrangement; copies that differ by a few rounding errors have the events of
+    the run, and tensions within 1e-9; or they have the same fate."""
     UNDECIDED = "undecided"
     """A comparison was within its rounding bound and settled by the model's rules, or rounding
     errors may be larger. The trajectory of a run is then known up to `Creep.known_until`."""

@@ -31,9 +31,6 @@ class Result(Shown):
     _told: ClassVar[tuple[str, ...]] = ()
     """Attributes in the summary; default: all fields."""
 
-    _worded: ClassVar[tuple[str, ...]] = ("reason",)
-    """Entries of the summary that `sentence` contains, so that a table leaves them out."""
-
     @property
     def finding(self) -> str:
         """The result and its evidence in one line, or ""."""

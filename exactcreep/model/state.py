@@ -25,6 +25,7 @@ from exactcreep.model.numbers import (
     refusing,
 )
 
+_ARRAYS = "tensions", "displacements", "coefficients", "draws"
 _MOST_DRAWS = 2**62
 
 
@@ -69,7 +70,7 @@ class State(Shown):
     unrounded: Mapping[str, Any] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        for name in ("tensions", "displacements", "coefficients", "draws"):
+        for name in _ARRAYS:
             checked = _counts if name == "draws" else _numbers
             array = checked(getattr(self, name), f"state.{name}")
             array.flags.writeable = False
@@ -95,15 +96,15 @@ class State(Shown):
             return NotImplemented
         return all(
             same_numbers(np.array(getattr(self, name)), np.array(getattr(other, name)))
-            for name in ("draws", "tensions", "displacements", "coefficients", "theta")
+            for name in (*_ARRAYS, "theta")
         )
 
     def __hash__(self) -> int:
         return hash(self.draws.tobytes())  # integers of the same type in every equal state
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        # made anew, so that it owns its arrays, read-only
-        return of_parts, (vars(self),)
+    def __setstate__(self, parts: Mapping[str, Any]) -> None:
+        vars(self).update(parts)
+        self.__post_init__()  # it owns its arrays, read-only
 
     @property
     def n(self) -> int:
@@ -232,26 +233,19 @@ class State(Shown):
         return np.asarray(forces)
 
     def _facts(self) -> dict[str, Any]:
-        names = ("theta", "tensions", "displacements", "coefficients", "draws")
-        return {"n": self.n} | {name: getattr(self, name) for name in names}
+        return {"n": self.n} | {name: getattr(self, name) for name in ("theta", *_ARRAYS)}
 
     def _units(self) -> dict[str, str]:
         return {"tensions": "m g", "displacements": "g tau_dyn^2"}
 
 
-def owning(
-    tensions: NDArray[np.float64],
-    displacements: NDArray[np.float64],
-    coefficients: NDArray[np.float64],
-    draws: NDArray[np.int64],
-    theta: Scalar,
-) -> State:
+def owning(theta: Scalar, *arrays: NDArray[Any]) -> State:
     """Return the state of a solver's own arrays, which it owns from now on, read-only."""
     made = State.__new__(State)
-    for array in (tensions, displacements, coefficients, draws):
+    for name, array in zip(_ARRAYS, arrays, strict=True):
         array.flags.writeable = False
-    vars(made).update(tensions=tensions, displacements=displacements, theta=theta)
-    vars(made).update(coefficients=coefficients, draws=draws)
+        vars(made)[name] = array
+    vars(made)["theta"] = theta
     return made
 
 
@@ -269,12 +263,6 @@ def require_finite(state: State) -> None:
         for value in array.ravel().tolist():
             if not is_finite(value):
                 raise InputError(f"state.{name}", value, "must hold finite numbers")
-
-
-def of_parts(parts: Mapping[str, Any]) -> State:
-    """Return the state with these attributes."""
-    rounded = {name: value for name, value in parts.items() if name != "unrounded"}
-    return completed(State(**rounded), parts.get("unrounded"))
 
 
 def completed(state: State, unrounded: Mapping[str, Any] | None) -> State:

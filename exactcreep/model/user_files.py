@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -45,18 +45,11 @@ def opened(path: str | os.PathLike[str], name: str, most: int) -> Iterator[Binar
     """Open a regular file of at most so many bytes, or raise `InputError`."""
     shown, place = os.fspath(path), Path(path)
     try:
-        if place.is_dir():
-            raise InputError(name, shown, "is a directory, and must be a file")
-        if not place.exists():
-            raise InputError(name, shown, "must be an existing file")
-        if not place.is_file():
-            raise InputError(name, shown, "must be a regular file")
-        file = place.open("rb")
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:  # ValueError: no valid file name
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(name, shown, f"cannot be read: {reason}") from None
+        file = place.open("rb") if place.is_file() else None
+    except OSError as error:
+        raise InputError(name, shown, f"cannot be read: {error.strerror}") from None
+    if file is None:
+        raise InputError(name, shown, "must be an existing file, and no directory or device")
     with file:
         if os.fstat(file.fileno()).st_size > most:
             raise InputError(name, shown, f"must have at most {most // 2**20} MiB")
@@ -94,16 +87,19 @@ def difference(
     known: Mapping[str, Any], wanted: Mapping[str, Any], text: Callable[[Any], str]
 ) -> str:
     """Say the first dotted key whose values differ in their texts; "" if there is none."""
-    there, here = dict(_leaves(known)), dict(_leaves(wanted))
+    there, here = dict(leaves(known)), dict(leaves(wanted))
     for key in {**here, **there}:
         if text(there.get(key)) != text(here.get(key)):
             return f"{key} is {shown(there.get(key))} there, and {shown(here.get(key))} here"
     return ""
 
 
-def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def leaves(
+    table: Mapping[str, Any], prefix: str = "", whole: Collection[str] = ()
+) -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values; a table with a key among `whole` is itself a value."""
     for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{key}.")
+        if isinstance(value, Mapping) and not {*whole} & {*value}:
+            yield from leaves(value, f"{prefix}{key}.", whole)
         else:
             yield f"{prefix}{key}", value

@@ -6,8 +6,8 @@ derivative for ever. With value g and slope d at time t there is no root before
 ``t + (d + sqrt(d^2 + 2 g B)) / B``; and if ``d < 0`` and ``4 g B <= d^2`` there is exactly one root
 in ``[t, t + 2 g / |d|]``. Only the function that may be next is evaluated. The first function whose
 bracket ends before all others may vanish is the event; interval Newton refines it. Just after an
-event the trivial root is removed by the first derivative that is not zero, never by an epsilon. A
-slider that moves alone needs no search: its energy gives the event.
+event the trivial root is removed by the first derivative that is not zero, never by an epsilon.
+Lone slips need no search.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.rules import Rules, rules
 from exactcreep.motion.arithmetic import Undecided, certain_sign
-from exactcreep.motion.cosine_field import Quadratic, sign_of
+from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.watch.limits import NO_LIMITS, Limits
 
@@ -39,10 +39,6 @@ EXACTLY = rules(lambda x, slack: (sign_of(x), False))
 
 Ask = Callable[..., Any]
 """Asks a rule, with the numbers of the rule."""
-
-
-def _answered(told: Callable[..., tuple[Any, bool]], *of: Any) -> Any:
-    return told(*of)[0]
 
 
 class SearchLimit(ArithmeticError):
@@ -324,70 +320,16 @@ def root_time(search: Search, function: EventFunction) -> Any:
     return function.safe.union(function.last)
 
 
-def lone_event(
-    flow: Flow,
-    n: int,
-    thresholds: NDArray[Any],
-    rules: Rules,
-    ask: Ask = _answered,
-) -> FirstEvent:
-    """Return the first event while slider `n` (from 0) moves alone.
-
-    After a displacement x its squared speed is ``v^2 + 2 a x - w^2 x^2``. It stops after
-    ``(a + sqrt(a^2 + w^2 v^2)) / w^2``, unless it first starts the neighbour with less room. `ask`
-    applies a rule and notes its doubt.
-    """
-    arithmetic = flow.arithmetic
-    direction = int(flow.signs[n])
-    beside = [m for m in (n - 1, n + 1) if 0 <= m < len(flow.forces)]
-    w2, w = len(beside), flint.arb(len(beside)).sqrt()
-    speed = direction * flow.velocities[n]
-    pull = direction * flow.forces[n] - flow.friction[n]
-    zero = arithmetic.number(0)
-    from_rest = bool(speed == 0)
-    if from_rest and ask(rules.leaves, pull, True, 0):
-        return FirstEvent(zero, (n,), (), ((n, [zero], [zero]),))
-    root = pull if from_rest else arithmetic.sqrt(pull * pull + w2 * speed * speed)
-    longest = (pull + root) / w2
-    rooms = {}
-    for m in beside:
-        room = thresholds[m] - direction * flow.forces[m]
-        lacks = ask(rules.is_before, zero, room, 0)
-        rooms[m] = room if lacks else zero
-    early = [m for m in beside if ask(rules.is_before, rooms[m], longest, 0)]
-    if not early:
-        time = (flint.arb.pi() - _phase(speed * w, pull)) / w
-        return FirstEvent(time, (n,), (), ((n, [direction * longest], [zero]),))
-    if len(early) == 2:
-        order = ask(rules.order, *rooms.values(), 0)
-        early = early if order == 0 else early[:1] if order < 0 else early[1:]
-    way = rooms[early[0]]
-    if bool(way == 0):
-        time, left = zero, speed
-    else:
-        other = (pull - root) / w2
-        left = arithmetic.sqrt(w2 * (longest - way) * (way - other))
-        time = (_phase(left * w, pull - w2 * way) - _phase(speed * w, pull)) / w
-    starts = tuple((m, direction) for m in early)
-    return FirstEvent(time, (), starts, ((n, [direction * way], [direction * left]),))
-
-
-def _phase(pulled: Any, pull: Any) -> Any:
-    """Return the phase of a lone slider's oscillation: 0 at rest behind, pi at rest ahead."""
-    return flint.arb.atan2(pulled, pull.ball() if type(pull) is Quadratic else pull)
-
-
 def lone_slips(
-    flow: Flow, moving: Sequence[int], thresholds: NDArray[Any], rules: Rules, ask: Ask,
-    *, symmetric: bool,
-) -> FirstEvent | None:  # fmt: skip
-    """Return the common stop of several sliders that each move alone, None if there is none.
+    flow: Flow, thresholds: NDArray[Any], rules: Rules, ask: Ask, *, symmetric: bool
+) -> FirstEvent | None:
+    """Return the common stop of sliders that each move alone, None if there is none.
 
     They have just started, have equally many neighbours, all at rest, and none of the neighbours
     starts: forces change monotonically, so the stop is the worst case. The two middle sliders of a
     mirrored chain move alone together, since their spring's middle rests.
     """
-    n_sliders, number = len(flow.forces), flow.arithmetic.number
+    n_sliders, moving, number = len(flow.forces), flow.moving, flow.arithmetic.number
     beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
     stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
     middle = (n_sliders // 2 - 1, n_sliders // 2)
@@ -396,7 +338,8 @@ def lone_slips(
             beside[n].remove(image)
             stiffnesses[n] += 1
     fresh = all(bool(flow.velocities[n] == 0) for n in moving)
-    if not fresh or any(flow.signs[m] for n in moving for m in beside[n]):
+    neighbours = [m for n in moving for m in beside[n]]
+    if not (fresh and all(stiffnesses.values())) or flow.signs[neighbours].any():
         return None
     pulls = {n: int(flow.signs[n]) * flow.forces[n] - flow.friction[n] for n in moving}
     zero = number(0)

@@ -216,8 +216,8 @@ class Creep(Result):
         if not math.isnan(self.velocity_error):
             return ""
         few = f"{after} {named} after the burn-in are too few for a standard error"
-        if after < FEWEST_STEPS * (2 if cyclic else 1):
-            return few
+        if after < (fewest := FEWEST_STEPS * (2 if cyclic else 1)):
+            return f"{few}; it needs at least {fewest}"
         if not self.event_count:
             return f"nothing happened in {after} {named}: how rarely it does is not known"
         if alternates(self.chain, self.drive):

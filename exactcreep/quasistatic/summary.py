@@ -102,6 +102,4 @@ def reader_of(name: str) -> Callable[[Any], Any]:
     count = partial(whole_number, name=name, least=0, most=_MOST)
     if kind == int | None:
         return lambda number: None if number is None else count(number)
-    if hasattr(kind, "__args__"):
-        return dict
-    return count if kind is int else kind
+    return count if kind is int else dict if hasattr(kind, "__args__") else kind

@@ -250,19 +250,16 @@ def _read(
     """Return the times by the only format that reads all of them, or refuse."""
     if not formats:
         best = [form for probe in _probes(cells)[:9] for form in formats_of(probe, digits=True)]
-        formats = [max(best, key=best.count)] if best else ["%Y-%m-%d"]
         if not best:
             raise table.refused(name, cells[0], 0, f"must be a date, {_LIKE}")
+        formats = [max(best, key=best.count)]
     read = {written: moments_of(cells, written) for written in formats}
     whole = {written: found for written, found in read.items() if np.isfinite(found).all()}
     if not whole:
         written, found = max(read.items(), key=lambda pair: int(np.isfinite(pair[1]).sum()))
         k = int(np.argmin(np.isfinite(found)))
-        like = (
-            f"as date_format = {written!r} says"
-            if given
-            else f"as the others, {written or 'ISO 8601, all with a time zone or none'}"
-        )
+        others = f"the others, {written or 'ISO 8601, all with a time zone or none'}"
+        like = f"as date_format = {written!r} says" if given else f"as {others}"
         allowed = f"must be a date of the years {FIRST_YEAR} to {LAST_YEAR} {like}"
         raise table.refused(name, cells[k], k, allowed)
     different: dict[bytes, str] = {}

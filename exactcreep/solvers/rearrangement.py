@@ -246,6 +246,7 @@ _USUAL: dict[str, Any] = {
     "seed": 0,
     "arithmetic": FLOAT64,
     "decided": Evidence.COMPUTED,
+    "report": {},
     "reason": "",
 }
 _OUTCOMES = {Stop.DONE: Outcome.AT_REST, Stop.RUNAWAY: Outcome.RUNAWAY}

@@ -24,6 +24,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact.copies import NEAR_COPIES, perturbed
 from exactcreep.solvers.exact.solver import Exact, ExactSimulation
 from exactcreep.solvers.interface import Stretch, compile_for
 from exactcreep.solvers.return_map import (
@@ -192,6 +193,12 @@ class SettlingSearch:
         simulation.follow(self.drive, 2 * self.cycles + 1, 2 * period)
         after = np.array([simulation.cell(row) for row in _FORCES])
         return float(np.abs(after - before).max())
+
+    def copies(self) -> list[SettlingSearch]:
+        """Return searches from two starts that differ by a few rounding errors."""
+        chain, start = self.simulation.chain, self.simulation.start.state
+        return [SettlingSearch(chain, self.drive, perturbed(chain, start, *of)[1])
+                for of in NEAR_COPIES]  # fmt: skip
 
     def recording(self) -> ExactSimulation:
         """Return a simulation that goes on from the present end of a cycle, and records events."""

@@ -31,11 +31,10 @@ from itertools import accumulate
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
-from exactcreep.laws import PivotSliders, pivot_sliders, pivots
+from exactcreep.laws import PivotSliders, pivot_sliders
 from exactcreep.model.chain import Chain, surplus
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
@@ -74,41 +73,34 @@ def _resting(chain: Chain) -> PivotSliders:
     """Return the sliders that rest in dilations and in contractions, from 1."""
     if chain.n == 1:
         return PivotSliders((1,), (1,))
-    if chain.unlike:
-        return pivot_sliders(chain.each("mu_d"), chain.tan_alpha, chain.end_forces)
-    found = [i - 1 for i in pivots(chain.n, chain.tan_alpha, chain.mu_d)]
-    return PivotSliders(tuple(found), tuple(chain.n + 1 - i for i in reversed(found)))
+    return pivot_sliders(chain.each("mu_d"), chain.tan_alpha, chain.end_forces)
 
 
-def _reaches(chain: Chain, coefficient: str = "mu_d") -> tuple[list[float], list[float]]:
+def _reaches(chain: Chain) -> tuple[list[float], list[float]]:
     """Return how far the tension may fall, and rise, from one side of each slider to the other."""
 
     def reach(way: int) -> list[float]:
-        each: list[float] = chain.each(
-            coefficient, lambda mu: chain.times_cosine(mu + way * chain.tan_alpha)
-        )
-        for slider, force in zip((0, -1), chain.end_forces, strict=True):
-            if force:
-                each[slider] += nearest_float(way * force)
+        slope = way * chain.tan_alpha
+        each: list[float] = chain.each("mu_d", lambda mu: chain.times_cosine(mu + slope))
+        for slider in {0, chain.n - 1}:
+            each[slider] += nearest_float(way * chain.pull(slider))
         return each
 
     return reach(1), reach(-1)
 
 
-def _partial_sums(steps: Sequence[float]) -> list[float]:
+def _partial_sums(steps: Sequence[float]) -> NDArray[np.float64]:
     """Return the sums of the first 1, 2, ... numbers, rounded once from exact sums."""
-    if min(steps) == max(steps):
-        return [count * steps[0] for count in range(1, len(steps) + 1)]
-    return [float(total) for total in accumulate(map(Fraction, steps))]
+    return np.array([float(total) for total in accumulate(map(Fraction, steps))])
 
 
-def _bounds(uphill: Sequence[float], downhill: Sequence[float]) -> list[list[float]]:
+def _bounds(uphill: Sequence[float], downhill: Sequence[float]) -> NDArray[np.float64]:
     """Return the least and the largest tension of each spring."""
-    bounds = []
-    for way, reach, other in ((-1, uphill, downhill), (1, downhill, uphill)):
-        above, below = _partial_sums(reach)[:-1], _partial_sums(other[::-1])[-2::-1]
-        bounds.append([way * min(sums) for sums in zip(above, below, strict=True)])
-    return bounds
+    falls, rises = (
+        np.minimum(_partial_sums(reach)[:-1], _partial_sums(other[::-1])[-2::-1])
+        for reach, other in ((uphill, downhill), (downhill, uphill))
+    )
+    return np.array([-falls, rises])
 
 
 def _nearest_at_rest(
@@ -166,72 +158,57 @@ def _brought_to_rest(
     return nearest, x - anchor, bool(room)
 
 
-def tension_bounds(chain: Chain, coefficient: str = "mu_d") -> NDArray[np.float64]:
-    """Return the least and the largest tension of each spring that `mu_d` or `mu_s` allows."""
-    return np.array(_bounds(*_reaches(chain, coefficient)))
-
-
-class _Ways(NamedTuple):
-    """The effect of a ramp on springs; the first row of each array is for dilations."""
-
-    bounds: NDArray[np.float64]  # shape (2, n - 1): the least (dilation) or largest tension
-    pivots: NDArray[np.int64]  # shape (2, 2): the sliders between which the limit is open, from 0
-
-
 class _Configuration(NamedTuple):
     """Everything that changes: springs, sliders, and counts."""
 
     extension: NDArray[np.float64]
     x: NDArray[np.float64]
     carry: NDArray[np.float64]  # rounding error of x
-    sliding: NDArray[np.int8]
+    sliding: NDArray[np.bool_]
     slips: NDArray[np.int64]  # in this half-cycle
     counts: NDArray[np.int64]  # half-cycles that extend a shared spring, starts, stops
-
-
-@register_jitable
-def _ramp(way, place, ways, chain):
-    """Push every spring to its bound at ``place = l0 theta``, and move the sliders outwards.
-
-    A spring above the pivot moves the sliders above it, a spring below the pivot moves the sliders
-    below it. Two pivots share the extension of the spring between them.
-    """
-    row = 0 if way > 0 else 1
-    above, below = ways.pivots[row, 0], ways.pivots[row, 1]
-    pushed = ways.bounds[row] + place
-    change = way * np.maximum(way * (pushed - chain.extension), 0.0)
-    chain.extension[:] = np.where(change != 0, pushed, chain.extension)
-    shift = np.zeros(chain.x.size)
-    shift[below + 1 :] = np.cumsum(change[below:])
-    shift[:above] = -np.cumsum(change[:above][::-1])[::-1]
-    if below > above:
-        shift[below:] += _SHARE * change[above]
-        shift[: above + 1] -= _SHARE * change[above]
-        chain.counts[0] += change[above] != 0
-    total = chain.x + shift
-    chain.carry[:] += (chain.x - total) + shift
-    chain.x[:] = total
-    starts = (shift != 0) & (chain.sliding == 0)
-    chain.sliding[starts] = 1
-    chain.slips[starts] += 1
-    chain.counts[1] += starts.sum()
+    way: NDArray[np.int64]  # of the last ramp, shape (1,)
+    theta: NDArray[np.float64]  # shape (1,)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _follow(places, start, way, ways, chain, rows):
-    """Follow ``places = l0 theta`` from `start`; return the direction of the last ramp."""
+def _follow(thetas, l0, bounds, pivots, chain, rows):
+    """Push every spring to its bound, target by target, and move the sliders outwards.
+
+    A spring above the pivot moves the sliders above it, a spring below the pivot moves the sliders
+    below it. Two pivots share the extension of the spring between them. The first row of `bounds`
+    (shape (2, n - 1), the least and the largest tensions) and of `pivots` (shape (2, 2), the
+    sliders between which the limit is open, from 0) is for dilations.
+    """
     n = chain.x.size
-    place = start
-    for q in range(places.size):
+    for q in range(thetas.size):
         chain.slips[:] = 0
-        turn = int(np.sign(places[q] - place))
-        place = places[q]
-        if turn != 0:
-            if turn != way:
-                chain.counts[2] += chain.sliding.sum()
-                chain.sliding[:] = 0
-            way = turn
-            _ramp(way, place, ways, chain)
+        way, place = int(np.sign(l0 * thetas[q] - l0 * chain.theta[0])), l0 * thetas[q]
+        chain.theta[0] = thetas[q]
+        if way == -chain.way[0]:
+            chain.counts[2] += chain.sliding.sum()
+            chain.sliding[:] = False
+        if way != 0:
+            chain.way[0] = way
+            row = 0 if way > 0 else 1
+            above, below = pivots[row]
+            pushed = bounds[row] + place
+            change = way * np.maximum(way * (pushed - chain.extension), 0.0)
+            chain.extension[:] = np.where(change != 0, pushed, chain.extension)
+            shift = np.zeros(n)
+            shift[below + 1 :] = np.cumsum(change[below:])
+            shift[:above] = -np.cumsum(change[:above][::-1])[::-1]
+            if below > above:
+                shift[below:] += _SHARE * change[above]
+                shift[: above + 1] -= _SHARE * change[above]
+                chain.counts[0] += change[above] != 0
+            total = chain.x + shift
+            chain.carry[:] += (chain.x - total) + shift
+            chain.x[:] = total
+            starts = (shift != 0) & ~chain.sliding
+            chain.sliding[starts] = True
+            chain.slips[starts] += 1
+            chain.counts[1] += starts.sum()
         rows.x_G[q] = (chain.x.sum() + chain.carry.sum()) / n
         if len(rows.x) > 0:
             rows.x[q] = chain.x + chain.carry
@@ -239,7 +216,6 @@ def _follow(places, start, way, ways, chain, rows):
             rows.tension[q] = chain.extension - place
         if len(rows.slips) > 0:
             rows.slips[q, :] = chain.slips
-    return way
 
 
 class SlidingSimulation(Simulation):
@@ -248,34 +224,30 @@ class SlidingSimulation(Simulation):
         self.chain, self.seed, self.record = chain, start.seed, record
         self._l0 = nearest_float(chain.l0)
         self._start = state
-        self._relaxed = False
-        self._way = 0
-        self._theta = float(state.theta)
         _require_held(chain)
-        n, resting = chain.n, _resting(chain)
+        n, self._resting = chain.n, _resting(chain)
         uphill, downhill = _reaches(chain)
-        self._ways = _Ways(
-            tension_bounds(chain),
-            np.array([[sliders[0] - 1, sliders[-1] - 1] for sliders in resting]),
-        )
+        self._bounds = _bounds(uphill, downhill)
+        self._pivots = np.array([[rests[0] - 1, rests[-1] - 1] for rests in self._resting])
         tensions, x = state.tensions.astype(float), state.displacements.astype(float)
-        left_open = False
-        forces = np.diff(tensions, prepend=0.0, append=0.0)
+        forces, left_open = np.diff(tensions, prepend=0.0, append=0.0), False
         slack = 4 * np.spacing(max([*abs(tensions), *uphill, *downhill]))
-        if np.any(forces > np.add(downhill, slack)) or np.any(forces < -np.add(uphill, slack)):
+        self._relaxed = bool(np.any(np.maximum(forces - downhill, -forces - uphill) > slack))
+        if self._relaxed:
             tensions, shift, left_open = _brought_to_rest(tensions, uphill, downhill)
             x = x + shift
-            self._relaxed = True
         self._chain = _Configuration(
-            extension=tensions + self._l0 * self._theta,
+            extension=tensions + self._l0 * float(state.theta),
             x=x,
             carry=np.zeros(n),
-            sliding=np.zeros(n, dtype=np.int8),
+            sliding=np.zeros(n, dtype=np.bool_),
             slips=np.zeros(n, dtype=np.int64),
             counts=np.array([left_open, 0, 0], dtype=np.int64),
+            way=np.zeros(1, dtype=np.int64),
+            theta=np.array([float(state.theta)]),
         )
         if start.unrounded is not None:
-            self._go_on(start.unrounded)
+            self.restore(start.unrounded)
             self._chain.slips[:] = self._chain.counts[:] = 0
 
     @property
@@ -285,29 +257,29 @@ class SlidingSimulation(Simulation):
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         n, before = self.chain.n, self.tally.events
-        rows = TargetRows.empty(self.record, count, n)
-        done = 0
+        rows, done = TargetRows.empty(self.record, count, n), 0
         stop: Stop | None = None
         while stop is None:
             used = self.tally.events - before
             # no slider starts or stops more than once in a half-cycle
             most = max(1, min(_PAUSE // n, (limits.events_left - used) // (2 * n)))
             until = min(done + most, count)
-            theta = drive.targets(first + done, until - done, self.seed)
-            places, start = self._l0 * theta, self._l0 * self._theta
-            own = rows.part(done, until)
-            self._way = int(_follow(places, start, self._way, self._ways, self._chain, own))
-            self._theta = float(theta[-1])
+            theta, own = (
+                drive.targets(first + done, until - done, self.seed),
+                rows.part(done, until),
+            )
+            _follow(theta, self._l0, self._bounds, self._pivots, self._chain, own)
             done = until
             stop = Stop.DONE if done == count else limits.stop(self.tally.events - before)
         return Stretch(done, rows.recorded(self.record, done), stop, limits.reason(stop))
 
     def state(self) -> State:
+        theta = float(self._chain.theta[0])
         return replace(
             self._start,
-            tensions=self._chain.extension - self._l0 * self._theta,
+            tensions=self._chain.extension - self._l0 * theta,
             displacements=self._chain.x + self._chain.carry,
-            theta=self._theta,
+            theta=theta,
         )
 
     @property
@@ -315,21 +287,15 @@ class SlidingSimulation(Simulation):
         return True
 
     def unrounded(self) -> dict[str, Any]:
-        taken = {name: values.copy() for name, values in self._chain._asdict().items()}
-        return taken | {"way": self._way, "theta": self._theta}
-
-    def _go_on(self, kept: Mapping[str, Any]) -> None:
-        require_like(self.unrounded(), kept)
-        self._way, self._theta = kept["way"], kept["theta"]
-        for name, values in self._chain._asdict().items():
-            values[:] = kept[name]
+        return self.snapshot()
 
     def snapshot(self) -> dict[str, Any]:
-        return {"unrounded": self.unrounded()}
+        return {name: values.copy() for name, values in self._chain._asdict().items()}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
-        self._go_on(snapshot["unrounded"])
+        for name, values in self._chain._asdict().items():
+            values[:] = snapshot[name]
 
     def report(self) -> dict[str, Any]:
         """Return the pivots, and whether the limit is unique."""
@@ -338,7 +304,7 @@ class SlidingSimulation(Simulation):
             "arithmetic": "float64",
             "static_excess_left_out": chain.mu_s != chain.mu_d or chain.sigma_mu > 0,
             "start_relaxed": self._relaxed,
-            "pivots": list(_resting(chain).dilation),
+            "pivots": list(self._resting.dilation),
             "unique": self.tally.undecided == 0,
         }
 

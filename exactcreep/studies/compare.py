@@ -24,13 +24,7 @@ from scipy import stats
 
 from exactcreep.model.enclosure import enclosure
 from exactcreep.model.keyed_disorder import valid_seed
-from exactcreep.model.numbers import (
-    InputError,
-    exact_number,
-    nearest_float,
-    plain_data,
-    whole_number,
-)
+from exactcreep.model.numbers import InputError, nearest_float, plain_data, whole_number
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.remarks import PhysicsWarning
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT
@@ -49,7 +43,7 @@ TIME_STEPS = ("0.1", "0.03", "0.01", "0.003")
 DIGITS = (20, 100)
 """Digits of the certified solver, unless methods are named."""
 REPETITIONS = 5
-"""Least repetitions whose median is a time."""
+"""Least repetitions whose median is a time, and the usual number of seeds."""
 MOST_EVENTS = 100_000
 """Most certified events that are compared: some minutes of the certified solver."""
 _MOST_SLIDERS = 30  # up to which several seeds and many events take seconds
@@ -201,17 +195,16 @@ def label(method: Experiment) -> str:
 
 
 def _valid(methods: Any, experiment: Experiment) -> list[Experiment]:
-    if not isinstance(methods, Sequence) or not methods:
+    given = list(methods) if isinstance(methods, Sequence) else []
+    if not given or not all(isinstance(method, Experiment) for method in given):
         raise InputError("methods", methods, _METHODS)
-    for method in methods:
-        if not isinstance(method, Experiment):
-            raise InputError("methods", method, _METHODS)
+    for method in given:
         if method.chain is not experiment.chain or method.drive is not experiment.drive:
             raise InputError("methods", label(method), f"has another chain or drive; {_METHODS}")
-    labels = [label(method) for method in methods]
+    labels = [label(method) for method in given]
     if len(set(labels)) < len(labels):
         raise InputError("methods", labels, "must not name a method twice")
-    return list(methods)
+    return given
 
 
 def _seeds(experiment: Experiment, seeds: Any) -> list[int]:
@@ -219,11 +212,10 @@ def _seeds(experiment: Experiment, seeds: Any) -> list[int]:
     random = experiment.chain.sigma_mu != 0 or experiment.drive.random
     if seeds is None:
         seeds = REPETITIONS if random and experiment.chain.n <= _MOST_SLIDERS else 1
-    if isinstance(seeds, (list, tuple, range)):
-        named = [valid_seed(seed) for seed in seeds]
-    else:
+    if not isinstance(seeds, (list, tuple, range)):
         many = range(whole_number(seeds, "seeds", least=1, most=100_000))
-        named = [(experiment.seed + k) % 2**64 for k in many]
+        seeds = [(experiment.seed + k) % 2**64 for k in many]
+    named = [valid_seed(seed) for seed in seeds]
     if not named or len(set(named)) < len(named):
         raise InputError("seeds", seeds, "must be one seed at least, and none twice")
     if len(named) > 1 and not random:
@@ -256,28 +248,27 @@ def _measured(
     track(truth, _WARM)  # compiles what only few events need
     known, spent = track(truth, events)
     ends = _moved(stretch.recorded["x"][: known.events[-1][0] if known.events else events])
-    rows, tracks = list[dict[str, Any]](), list[Track]()
+    rows = list[dict[str, Any]]()
     for method in methods:
         step(label(method))
         own, seconds = known, spent
         if label(method) != label(truth):
             slips = method.solver != "sliding"
             own, seconds = track(method, len(known.events) + 1 if slips else ends.shape[1])
-        row = agreement(own, known) | {"evidence": own.evidence.value, "x_G": _NOTHING}
-        row["seconds"] = seconds / len(own.events) * pace if own.events else math.nan
+        x_G, seconds = _NOTHING, seconds / (len(own.events) or math.nan) * pace
         if targets and method.solver in _COMPILED:
-            row["x_G"], seconds = _timed(method, targets, copies)
-            row["seconds"] = seconds / targets
-        rows.append(row)
-        tracks.append(own)
-    shared = min([row["rests"] for row, own in zip(rows, tracks, strict=True) if own.events] or [0])
-    for row, own in zip(rows, tracks, strict=True):
-        true, both = (known.moved, max(shared, 1)) if own.events else (ends, row["rests"])
-        row["error"] = _error(own, true, row["rests"])
-        row["shared_error"] = _error(own, true, both)
+            x_G, seconds = _timed(method, targets, copies)
+        row = agreement(own, known) | {"track": own, "evidence": own.evidence.value}
+        rows.append(row | {"seconds": seconds, "advances": _advances(method, x_G)})
+    shared = min([row["rests"] for row in rows if row["track"].events] or [0])
+    for row in rows:
+        own, rests = row["track"], row["rests"]
+        true, both = (known.moved, max(shared, 1)) if own.events else (ends, rests)
+        row |= {"error": _error(own, true, rests), "shared_error": _error(own, true, both)}
+        row["velocity"] = _mean(row["advances"])
     return {
         "rows": rows,
-        "x_G": stretch.recorded["x_G"][:targets].astype(float),
+        "advances": _advances(first, stretch.recorded["x_G"][:targets].astype(float)),
         "events": len(known.events),
         "half_cycles": targets,
         "truth_evidence": known.evidence.value,
@@ -304,12 +295,13 @@ def true_method(methods: Sequence[Experiment]) -> Experiment:
 
 
 def _timed(method: Experiment, targets: int, copies: int) -> tuple[NDArray[np.float64], float]:
-    """Return x_G at so many targets, and the processor time of one of `copies` runs to them."""
+    """Return x_G at so many targets, and the time to each in the mean of `copies` runs."""
     simulations = [method.simulation() for _ in range(copies)]
     begin = process_time()
     for simulation in simulations:
         (stretch,) = simulate(simulation, method.drive, [targets])
-    return stretch.recorded["x_G"].astype(float), (process_time() - begin) / copies
+    spent = (process_time() - begin) / copies / targets
+    return stretch.recorded["x_G"].astype(float), spent
 
 
 def track(method: Experiment, events: int) -> tuple[Track, float]:
@@ -389,8 +381,6 @@ def _dataset(
     every = [[one["rows"][k] for one in found] for k in range(len(methods))]
     first = found[: len(seeds)]
     rows = [own[: len(seeds)] for own in every]
-    for row in (row for own in rows for row in own):
-        row["velocity"] = _mean(_advances(experiment, row["x_G"]))
 
     def about(units: str, meaning: str) -> dict[str, str]:
         return {"long_name": meaning} | ({"units": units} if units else {})
@@ -403,15 +393,13 @@ def _dataset(
     seconds = [[row["seconds"] for row in own] for own in every]
     spent = about("s", "processor time per half-cycle, without compilation")
     data["seconds"] = (("method", "repetition"), seconds, spent)
-    bias, error = np.transpose([_bias(experiment, own, first) for own in rows])
+    bias, error = np.transpose([_bias(own, first) for own in rows])
     data["bias"] = ("method", bias, about(NUMBER, "of the velocity, relative to exact"))
     data["bias_error"] = ("method", error, about(NUMBER, "half the interval of 95 % of the bias"))
-    steps = [nearest_float(exact_number(each.options.get("dt", 0), "dt")) for each in methods]
     coords = {
         "method": [label(method) for method in methods],
         "seed": np.array(seeds, np.uint64 if max(seeds) >= 2**63 else np.int64),
         "solver": ("method", [method.solver for method in methods]),
-        "dt": ("method", [step or math.nan for step in steps], about("tau_dyn", "time step")),
     }
     lines = "\n".join(f"{name}: {text}" for name, text in needs(experiment).items())
     attributes = plain_data(experiment.chain.parameters()) | {"drive": experiment.drive.kind}
@@ -429,22 +417,19 @@ def _mean(values: NDArray[np.float64]) -> float:
     return float(values.mean()) if values.size else math.nan
 
 
-def _bias(
-    experiment: Experiment, own: Sequence[dict[str, Any]], found: Sequence[dict[str, Any]]
-) -> tuple[float, float]:
+def _bias(own: Sequence[dict[str, Any]], found: Sequence[dict[str, Any]]) -> tuple[float, float]:
     """Return the bias of a mean velocity relative to `exact`, and half its interval of 95 %.
 
     The interval is Student's over the seeds, or for one seed from averages over blocks of the run.
     """
-    true = [_advances(experiment, one["x_G"]) for one in found]
-    if any(row["x_G"].size != one["x_G"].size for row, one in zip(own, found, strict=True)):
+    pairs = [(row["advances"], one["advances"]) for row, one in zip(own, found, strict=True)]
+    if not all(mine.size == true.size for mine, true in pairs):
         return math.nan, math.nan
-    scale = abs(_mean(np.array([*map(_mean, true)]))) or math.nan
-    gaps = [_advances(experiment, row["x_G"]) - one for row, one in zip(own, true, strict=True)]
-    biases = np.array([*map(_mean, gaps)])
-    if len(gaps) > 1:
-        error = float(stats.t.ppf(0.975, len(gaps) - 1) * stats.sem(biases))
+    scale = abs(_mean(np.array([_mean(true) for _, true in pairs]))) or math.nan
+    biases = np.array([_mean(mine - true) for mine, true in pairs])
+    if len(pairs) > 1:
+        error = float(stats.t.ppf(0.975, len(pairs) - 1) * stats.sem(biases))
     else:
-        gap = np.append(0.0, gaps[0].cumsum())
+        gap = np.append(0.0, np.subtract(*pairs[0]).cumsum())
         error = 1.96 * standard_error(gap, np.arange(gap.size, dtype=float))
     return _mean(biases) / scale, error / scale

@@ -59,7 +59,7 @@ def sentence(data: xr.Dataset) -> str:
             f"take {best.name}: all {int(data.events.sum())} events of {data.truth} agree,"
             f" positions to {float(data.error.sel({'method': best.name}).max()):.2g} g tau_dyn^2"
         )
-    velocities = f"none is known within 1 % by {_half_cycles(data)}"
+    velocities = "the bias of none is known to be so small"
     if len(fair):
         best = fair.loc[fair.seconds.idxmin()]
         off = "the bias is measured against it"
@@ -78,11 +78,7 @@ def bias_text(row: Any) -> str:
 
 def unresolved(data: xr.Dataset) -> str:
     """Return why a bias is not printed."""
-    return f"not resolved by {_half_cycles(data)}"
-
-
-def _half_cycles(data: xr.Dataset) -> str:
-    return f"{int(data.half_cycles.sum())} half-cycles"
+    return f"not resolved by {int(data.half_cycles.sum())} half-cycles"
 
 
 def summary(data: xr.Dataset) -> dict[str, Any]:

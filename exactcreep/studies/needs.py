@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from exactcreep.laws import edges, pivots, prediction
-from exactcreep.model.drive import Cycles
+from exactcreep.laws import pivots, prediction
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.experiment import Experiment
 
@@ -20,7 +19,7 @@ def needs(experiment: Experiment) -> dict[str, str]:
     """Return by name what an experiment needs or does not need, and why.
 
     ``law`` has the mean velocity that theory predicts, and says whether it is the answer, so that
-    no run is needed. ``amplitudes`` are those between the fates of the chain, by theorems.
+    no run is needed.
     """
     chain, drive = experiment.chain, experiment.drive
     recorded = ", ".join(name for name in experiment.record if name != "x_G")
@@ -53,10 +52,6 @@ def needs(experiment: Experiment) -> dict[str, str]:
         off = f" ± {found.deviation:.2g}" if found.deviation > 0 else ""
         answer = "is the answer" if answered else "to compare with"
         lines["law"] = f"{answer}: {values}{off} per {drive.per} ({found.law})"
-    if isinstance(drive, Cycles) and (between := edges(chain)):
-        lines["amplitudes"] = ", ".join(
-            f"{name.replace('_', ' ')} below A = {size:.6g}" for name, size in between.items()
-        )
     return lines
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent import futures
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from itertools import islice
 from typing import Any
 
@@ -16,7 +17,7 @@ from exactcreep.model.numbers import InputError, Number, whole_number
 from exactcreep.watch import interrupts
 
 _GLANCE = 0.25  # seconds between two checks of signals and two updates of the progress display
-_FEWEST_AHEAD = 64  # tasks that an executor has waiting
+_AHEAD = 256  # tasks that an executor has waiting
 
 
 def in_parallel(
@@ -46,13 +47,8 @@ def in_parallel(
     def stopped() -> bool:
         return left.is_set() or interrupts.waiting()
 
-    pool, ahead = executor, 4 * (count or 1)
-    further: tuple[Callable[[], bool], ...] = ()
-    if pool is None:
-        pool, further = ThreadPoolExecutor(count), (stopped,)
-    else:
-        known = getattr(executor, "_max_workers", None)
-        ahead = max(4 * known if isinstance(known, int) else 256, _FEWEST_AHEAD)
+    pool = futures.ThreadPoolExecutor(count) if executor is None else executor
+    further, ahead = ((stopped,), 4 * (count or 1)) if executor is None else ((), _AHEAD)
     try:
         while not (interrupts.waiting() and executor is not None):
             if interrupts.waiting():
@@ -61,15 +57,20 @@ def in_parallel(
                 running[pool.submit(function, task, *further)] = key
             if not running:
                 return
-            ended = wait(running, _GLANCE, return_when=FIRST_COMPLETED).done
-            for future in sorted(ended, key=_failed):
+            ended = futures.wait(running, _GLANCE, futures.FIRST_COMPLETED).done
+            for future in sorted(ended, key=lambda one: _error(one) is not None):
+                error = _error(future)
+                if isinstance(error, (BrokenExecutor, CancelledError)):
+                    raise error
                 yield running.pop(future), future
             if not ended:
                 yield None
         yield from _finished(running)
-    except (RuntimeError, OSError) as error:  # the executor was shut down or lost
+    except (RuntimeError, OSError, CancelledError) as error:  # it was shut down or lost
         yield from _finished(running)
-        raise lost(executor, error) from None
+        allowed = f"was lost ({reason_of(error)}); what has finished is saved if there is an output"
+        allowed += ", and the same call computes the rest"
+        raise InputError("executor", type(executor).__name__, allowed) from None
     finally:
         left.set()
         for future in running:
@@ -78,20 +79,13 @@ def in_parallel(
             pool.shutdown()
 
 
-def lost(executor: Executor | None, error: BaseException) -> InputError:
-    """Return the error about an executor that does not compute any more."""
-    allowed = f"was lost ({reason_of(error)}); what has finished is saved if there is an output"
-    allowed += ", and the same call computes the rest"
-    return InputError("executor", type(executor).__name__, allowed)
-
-
-def _failed(future: Future[Any]) -> bool:
-    return future.cancelled() or future.exception() is not None
+def _error(future: Future[Any]) -> BaseException | None:
+    return CancelledError() if future.cancelled() else future.exception()
 
 
 def _finished(running: dict[Future[Any], int]) -> Iterator[tuple[int, Future[Any]]]:
     for future, key in running.items():
-        if future.done() and not _failed(future):
+        if future.done() and _error(future) is None:
             yield key, future
 
 

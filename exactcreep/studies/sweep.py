@@ -12,12 +12,12 @@ import math
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from concurrent.futures import Executor, Future
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -43,7 +43,7 @@ from exactcreep.quasistatic.writing import locked, output_directory, write_file
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.interface import compile_for
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
-from exactcreep.studies.pool import in_parallel, lost, reason_of
+from exactcreep.studies.pool import in_parallel, reason_of
 from exactcreep.watch import interrupts
 from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import NO_LIMITS, Limits
@@ -219,10 +219,7 @@ class _Cells:
         with closing(in_parallel(function, tasks(), executor, workers)) as ended:
             for one in ended:
                 if one is not None:
-                    try:
-                        self._keep(*one)
-                    except (CancelledError, BrokenExecutor) as error:
-                        raise lost(executor, error) from None
+                    self._keep(*one)
                 tell()
         if self.failed:
             first = self.failed[min(self.failed)]
@@ -269,8 +266,6 @@ class _Cells:
         self.heard.pop(experiment, None)
         try:
             result = future.result()
-        except (CancelledError, BrokenExecutor):
-            raise
         except InputError as error:
             self._fail(index, error)
         except KeyboardInterrupt:
@@ -308,22 +303,11 @@ def computed(experiment: Experiment, version: str) -> Creep:
     return advanced(ObservedRun(experiment), NO_LIMITS)
 
 
-class _Folder:
+class _Folder(NamedTuple):
     """The directory of a sweep: a file for the run of each cell, and the grid."""
 
-    def __init__(self, path: Path, *, force: bool) -> None:
-        self.path, self.force = path, force
-
-    def require_own_grid(self, scene: Scene) -> None:
-        """Raise `InputError` if there is a ``sweep.nc`` that is no grid of this scene."""
-        if self.force or not (grid := self.path / "sweep.nc").exists():
-            return
-        name = os.fspath(self.path)
-        with opened_dataset(grid, "out") as held, refused("out", name, "holds no grid of a sweep"):
-            differs = difference(json.loads(held.attributes["tables"]), scene.tables, _text)
-        if differs:
-            allowed = f"holds a sweep of another scene: {differs}; name another directory, or begin"
-            raise InputError("out", name, f"{allowed} anew with force")
+    path: Path
+    force: bool
 
     def load(self, experiment: Experiment) -> Creep | None:
         """Return the saved run of an experiment; None if there is none."""
@@ -351,18 +335,26 @@ class _Folder:
 def _folder(
     out: str | os.PathLike[str] | None, scene: Scene, *, force: bool
 ) -> Iterator[_Folder | None]:
-    """Yield the directory of a sweep, locked against other processes, or None."""
+    """Yield the directory of a sweep, locked against other processes, or None.
+
+    Raises `InputError` if it holds a ``sweep.nc`` that is no grid of this scene.
+    """
     if out is None:
         yield None
         return
-    path = output_directory(out, "out")
+    path, name = output_directory(out, "out"), os.fspath(out)
     if not os.access(path, os.W_OK):
-        raise InputError("out", os.fspath(out), "must be a directory that can be written")
-    with locked(path / "sweep.nc", "out"):
-        folder = _Folder(path, force=force)
-        folder.require_own_grid(scene)
+        raise InputError("out", name, "must be a directory that can be written")
+    with locked(grid := path / "sweep.nc", "out"):
+        if grid.exists() and not force:
+            with opened_dataset(grid, "out") as held, refused("out", name, "holds no grid"):
+                tables = json.loads(held.attributes["tables"])
+                differs = difference(tables, scene.tables, _text)
+            if differs:
+                allowed = f"holds a sweep of another scene: {differs}; name another directory, or"
+                raise InputError("out", name, f"{allowed} begin anew with force")
         output_directory(path / "cells", "out")
-        yield folder
+        yield _Folder(path, force)
 
 
 def file_of(experiment: Experiment) -> str:
@@ -434,15 +426,12 @@ def dimensions(vary: Mapping[str, list[Any]]) -> dict[str, str]:
 
 def _coordinate(values: list[Any]) -> NDArray[Any]:
     """Return the values of a varied key, as numbers if all of them are, else as text."""
-    if {*map(type, values)} == {int} and max(map(abs, values)) < 2**63:
-        return np.array(values, dtype=np.int64)  # at once, for a million seeds
     try:
         numbers = [exact_number(value, "value") for value in values]
     except InputError:
         return np.array([value if isinstance(value, str) else _text(value) for value in values])
-    if all(number.denominator == 1 and abs(number) < 2**63 for number in numbers):
-        return np.array([int(number) for number in numbers], dtype=np.int64)
-    return np.array([nearest_float(number) for number in numbers])
+    whole = all(number.denominator == 1 and abs(number) < 2**63 for number in numbers)
+    return np.array([int(number) if whole else nearest_float(number) for number in numbers])
 
 
 def _text(value: Any) -> str:
@@ -476,8 +465,6 @@ def _assembled(
         name: (dims, np.array([cell.get(name, missing) for cell in cells]).reshape(shape), about)
         for name, (missing, about) in columns.items()
     }
-    if SEED in scene.vary:
-        variables |= _means(variables, dims.index(dimension_of[SEED]))
     for name, quantity in HALF_CYCLE_TABLE.columns.items():
         recorded = [cell.get("recorded", {}).get(name) for cell in cells]
         if any(array is not None for array in recorded):
@@ -493,21 +480,17 @@ def _assembled(
         "vary": _text(dict(scene.vary)),
     }
     coordinates = {name: (name, _coordinate(scene.vary[key])) for key, name in dimension_of.items()}
-    return xr.Dataset(variables, coordinates, attributes | _shared(experiments))
-
-
-def _means(variables: Mapping[str, Any], seeds: int) -> dict[str, Any]:
-    """Return the mean velocities over the dimension of the seeds, and their standard errors."""
-    dims, _, about = variables["velocity"]
-    mean, error = mean_over_seeds(
-        *(np.moveaxis(variables[name][1], seeds, -1) for name in ("velocity", "velocity_error"))
-    )
-    across = dims[:seeds] + dims[seeds + 1 :]
-    said = "mean of velocity over the seeds", "standard error of velocity_mean"
-    return {
-        "velocity_mean": (across, mean, {**about, "long_name": said[0]}),
-        "velocity_mean_error": (across, error, {**about, "long_name": said[1]}),
-    }
+    grid = xr.Dataset(variables, coordinates, attributes | _shared(experiments))
+    if SEED in scene.vary:
+        seeds, names = dimension_of[SEED], ("velocity", "velocity_error")
+        own = [grid[name].transpose(..., seeds) for name in names]
+        mean, error = mean_over_seeds(*(each.values for each in own))
+        (*others, _), about = own[0].dims, own[0].attrs
+        named = {"long_name": "mean of velocity over the seeds"}
+        grid["velocity_mean"] = others, mean, about | named
+        named = {"long_name": "standard error of velocity_mean"}
+        grid["velocity_mean_error"] = others, error, about | named
+    return grid
 
 
 def _stacked(found: list[NDArray[Any] | None]) -> NDArray[Any]:

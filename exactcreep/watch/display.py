@@ -21,7 +21,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 COMPILING = "compiling for this kind of run, once; the next start finds it ready"
-_BETWEEN_LINES, _BETWEEN_FRAMES = 3.0, 0.1  # seconds
+_FIRST_LINE, _BETWEEN_LINES, _BETWEEN_FRAMES = 2.0, 60.0, 0.1  # seconds; the pauses double
 _SHORT = 1.0  # seconds without a bar
 _telling: list[object] = []  # displays, or silence, that hold for all nested computations
 
@@ -94,6 +94,7 @@ class Display(AbstractContextManager["Display"]):
             far += f", about {timedelta(seconds=round(left))} left"
         if self.bar is None:
             self.write(f"{what}: {far}")
+            self.pause = min(2 * self.pause, _BETWEEN_LINES)
             return
         about = {"total": 1, "completed": progress.share} if progress.total else {}
         self.bar.update(self.task, description=what, far=far, **about)
@@ -110,8 +111,8 @@ class Display(AbstractContextManager["Display"]):
             self.pause, self.next = _BETWEEN_FRAMES, -math.inf
             self.bar.start()
         else:
-            self.pause = _BETWEEN_LINES
-            self.next = math.inf if self.quiet else self.begin + _BETWEEN_LINES
+            self.pause = _FIRST_LINE
+            self.next = math.inf if self.quiet else self.begin + _FIRST_LINE
 
     def write(self, line: str) -> None:
         """Print a line above the bar."""

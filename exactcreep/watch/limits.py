@@ -17,11 +17,6 @@ from exactcreep.watch.interrupts import waiting
 from exactcreep.watch.preparation import OutOfTime as OutOfTime
 from exactcreep.watch.preparation import clock
 
-_CONTAINERS = (
-    ("/sys/fs/cgroup/", "memory.max", "memory.current", "file"),
-    ("/sys/fs/cgroup/memory/", "memory.limit_in_bytes", "memory.usage_in_bytes", "cache"),
-)
-"""Files in which Linux gives the memory limit and use of a container, and its file cache."""
 _ANY_NUMBER = 2**60  # events; compiled loops add to it in 64-bit integers
 
 
@@ -121,9 +116,9 @@ def free_memory() -> float:
     with suppress(OSError):
         told = re.search(r"MemAvailable: *(\d+) kB", Path("/proc/meminfo").read_text())
         free += [1024.0 * int(told[1])] if told else []
-    for folder, most, taken, cached in _CONTAINERS:
-        with suppress(OSError, ValueError):  # ValueError: there is no limit, but the word "max"
-            parts = dict(map(str.split, Path(folder, "memory.stat").read_text().splitlines()))
-            bound, held = (int(Path(folder, name).read_text()) for name in (most, taken))
-            free.append(bound - held + int(parts.get(cached, 0)))
+    with suppress(OSError, ValueError):  # ValueError: there is no limit, but the word "max"
+        box = Path("/sys/fs/cgroup")  # of a container
+        bound, held = (int((box / f"memory.{name}").read_text()) for name in ("max", "current"))
+        parts = dict(map(str.split, (box / "memory.stat").read_text().splitlines()))
+        free.append(bound - held + int(parts["file"]))  # the file cache is free
     return max(min(free), 0.0)

@@ -9,7 +9,7 @@ from typing import Any
 
 from exactcreep.watch.preparation import clock
 
-_SOON = 2.0  # seconds until a study says what it knows so far
+_SOON = 1.0  # seconds until a study says what it knows so far
 _TOO_FEW = 1e-3  # fraction of the work below which the remaining time cannot be estimated
 
 
@@ -86,7 +86,7 @@ a bar on terminals and in notebooks after one second."""
 def reporter(progress: Hearer) -> Callable[..., None]:
     """Return a function that reports the progress of a study, from attributes of `Progress`.
 
-    An `answer` is kept for later reports. After 2 seconds, and 4, 8, ..., `so_far` is
+    An `answer` is kept for later reports. After 1 second, and 2, 4, ..., `so_far` is
     the answer, or what it returns.
     """
     now, begin, known = "", clock(), ""

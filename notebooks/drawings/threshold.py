@@ -7,7 +7,7 @@ from exactcreep import Chain, Cycles, creep, laws, threshold
 from exactcreep.figures.style import DASHED, DOTTED, VELOCITY
 
 chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-edge = float(threshold(chain, digits=9, bracket=("0.00045", "0.00046")).lower)
+edge = float(threshold(chain, digits=9, low="0.00045", high="0.00046", points=1).lower)
 amplitudes = np.linspace(0.00032, 0.00056, 97)
 settled = [creep(chain, Cycles(float(size), 40), burn_in=40, record=()).velocity for size in amplitudes]
 figure, axes = plt.subplots(figsize=(6.5, 3.4), layout="constrained")

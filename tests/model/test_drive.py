@@ -5,28 +5,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps
+from exactcreep.model.drive import Drive, GaussianSteps
 from exactcreep.model.numbers import InputError
 from exactcreep.model.targets import Targets
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 from tests.paper import captions
-
-
-def test_cycles_alternate_and_begin_with_a_dilation():
-    drive = Cycles("0.01", 3)
-    assert (drive.target_count, drive.cyclic, drive.random) == (6, True, False)
-    assert drive.targets(1, 6).tolist() == [0.01, -0.01] * 3
-    assert [drive.exact_target(q) for q in (1, 2)] == [Fraction(1, 100), Fraction(-1, 100)]
-
-
-def test_a_path_is_what_it_was_given():
-    drive = Targets(["0.1", 0.25, "-1/3"])
-    targets = drive.targets(1, 3)
-    assert targets.tolist() == [0.1, 0.25, -1 / 3]
-    assert drive.exact_target(3) == Fraction(-1, 3)
-    targets[0] = 7.0
-    assert drive.targets(1, 1).tolist() == [0.1]
 
 
 def test_random_steps_depend_on_the_seed_and_the_number_only():

@@ -14,7 +14,7 @@ import pytest
 from exactcreep import Chain, Cycles, State, Targets, creep
 from exactcreep.model.enclosure import same_numbers
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
-from tests.paper import paper_chain
+from tests.paper import paper_chain, unlike_chain
 
 RECORD = ("x_G", "x", "tension", "slips")
 SOLVERS = ("exact", "exact", "exact", "certified", "sliding", "verlet")
@@ -24,19 +24,11 @@ pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarni
 
 def some_run(rng: random.Random) -> tuple[dict[str, Any], Any, Any, Any]:
     """Return a run without its drive, a drive, and its two parts."""
-
-    def number(least: float, most: float) -> str:
-        return f"{rng.uniform(least, most):.4f}"
-
-    n, differs, solver = rng.randint(2, 8), rng.random() < 0.5, rng.choice(SOLVERS)
-    more: dict[str, Any] = {}
-    if differs:
-        more["mu_d"] = [number(0.3, 0.6) for _ in range(n)]
-        more["mu_s"] = [f"{float(low) + rng.uniform(0.02, 0.15):.4f}" for low in more["mu_d"]]
-        more["end_forces"] = number(-0.05, 0.05), number(-0.05, 0.05)
-        if solver != "sliding":
-            more["expansion"] = [number(0.5, 1.5) for _ in range(n - 1)]
-    chain = paper_chain(n, rng.choice(["0", "0.01"]), tan_alpha=number(0, 0.2), **more)
+    solver, differs = rng.choice(SOLVERS), rng.random() < 0.5
+    chain = unlike_chain(rng) if differs else paper_chain(rng.randint(2, 8))
+    if solver == "sliding":
+        chain = Chain(**chain.parameters() | {"expansion": ()})
+    n = chain.n
     widest = n * 0.25 / 2000 * rng.uniform(1.05, 2)
     run = {"chain": chain, "seed": rng.randrange(10**6), "solver": solver, "record": RECORD}
     if solver == "verlet":

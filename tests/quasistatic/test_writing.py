@@ -63,14 +63,6 @@ def test_only_regular_files_are_replaced_and_links_are_followed(tmp_path: Path) 
     assert (tmp_path / "pipe").is_fifo()
 
 
-def test_of_two_writers_of_one_file_the_second_is_told(tmp_path: Path) -> None:
-    assert check_output(tmp_path / "a", "out", force=False)
-    write_file(tmp_path / "a", NEW, "out", force=False)
-    with pytest.raises(InputError, match="exists and is not overwritten without force"):
-        write_file(tmp_path / "a", OLD, "out", force=False)
-    assert (tmp_path / "a").read_bytes() == NEW
-
-
 def test_a_part_of_a_killed_writer_is_removed_and_that_of_a_living_one_stays(
     tmp_path: Path,
 ) -> None:

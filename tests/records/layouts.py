@@ -124,16 +124,8 @@ hours("knmi_without_preamble", "STN,YYYYMMDD,HH,T,TD,U",
       lambda k, h: f"260,{h:%Y%m%d},{h.hour},{tenths(T[k])},{tenths(DEW[k])},{RH[k]}")
 hours("meteo_france_synop", "numer_sta;date;pmer;t;td;u;vv",
       lambda k, h: f"07005;{h:%Y%m%d%H%M%S};101320;{T[k] + 273.15:.2f};{DEW[k] + 273.15:.2f};{RH[k]};mq", needs="unit", given={"unit": "K"})
-days("met_norway_daily", "Navn;Stasjon;Tid(norsk normaltid);Maksimumstemperatur (døgn);Minimumstemperatur (døgn);Middeltemperatur (døgn)",
-      lambda k, d: f"Oslo;SN18700;{d:%d.%m.%Y};{comma(HIGH[k])};{comma(LOW[k])};{comma(round((LOW[k] + HIGH[k]) / 2, 1))}")
-hours("fmi", "Vuosi,Kk,Pv,Klo,Aikavyöhyke,Ilman lämpötila (degC),Kastepistelämpötila (degC)",
-      lambda k, h: f"{h.year},{h.month},{h.day},{h:%H:%M},UTC,{T[k]},{DEW[k]}")
 days("chmi", "Rok;Měsíc;Den;Průměrná teplota;Maximální teplota;Minimální teplota",
       lambda k, d: f"{d.year};{d.month};{d.day};{comma(round((LOW[k] + HIGH[k]) / 2, 1))};{comma(HIGH[k])};{comma(LOW[k])}", encoding="cp1250")
-hours("met_ie", "Station Name: X\nStation Height: 71 M \n\ndate:  -  Date and Time (utc)\ntemp:  -  Air Temperature (C)\nwetb:  -  Wet Bulb Temperature (C)\nind:   -  Indicator\n\n" "date,ind,rain,ind,temp,ind,wetb,dewpt,vappr,rhum,msl",
-      lambda k, h: f"{h:%d-%b-%Y %H:%M},0,0.0,0,{T[k]},0,{T[k] - 2:.1f},{DEW[k]},9.1,{RH[k]},1012.1".lower())
-days("met_ie_daily", "date,ind,maxtp,ind,mintp,igmin,gmin,ind,rain",
-      lambda k, d: f"{d:%d-%b-%Y},0,{HIGH[k]},0,{LOW[k]},0,{LOW[k] - 2:.1f},0,0.1".lower())
 months("met_office_monthly", "Oxford\nLocation 450900E 207200N, 63 metres amsl\n   yyyy  mm   tmax    tmin      af    rain     sun\n              degC    degC    days      mm   hours",
        lambda k, m: f"   {m.year}  {m.month:2}   {12 + k % 7}.5    {4 + k % 7}.1       4    {40 + k}.1    {60 + k}.2", 12.5, 18.5, needs="temperature_column", given={"temperature_column": "tmax"})
 
@@ -147,8 +139,6 @@ hours("meteostat_bulk_without_names", "",
       lambda k, h: f"{h:%Y-%m-%d},{h.hour},{T[k]},{DEW[k]},{RH[k]},0.0,,220,9.4,,1013.1,,", needs="temperature_column", given={"time_column": ["1", "2"], "temperature_column": "3"})
 hours("jma", "ダウンロードした時刻：2031/07/01 10:00:00\n\n,東京,東京,東京,東京,東京\n年月日時,気温(℃),気温(℃),気温(℃),露点温度(℃),露点温度(℃)\n,,品質情報,均質番号,,品質情報",
       lambda k, h: f"{h.year}/{h.month}/{h.day} {h.hour}:00:00,{T[k]},8,1,{DEW[k]},8", encoding="cp932", newline="\r\n")
-days("jma_daily", "年月日,最高気温(℃),最高気温(℃),最低気温(℃),最低気温(℃)\n,,品質情報,,品質情報",
-      lambda k, d: f"{d.year}/{d.month}/{d.day},{HIGH[k]},8,{LOW[k]},8", encoding="cp932")
 hours("inmet", "REGIAO:;SE\nUF:;SP\nESTACAO:;SAO PAULO\nLATITUDE:;-23,5\nDATA DE FUNDACAO:;25/07/06\n" "Data;Hora UTC;PRECIPITAÇÃO TOTAL, HORÁRIO (mm);TEMPERATURA DO AR - BULBO SECO, HORARIA (°C);TEMPERATURA DO PONTO DE ORVALHO (°C);TEMPERATURA MÁXIMA NA HORA ANT. (AUT) (°C);TEMPERATURA MÍNIMA NA HORA ANT. (AUT) (°C);UMIDADE RELATIVA DO AR, HORARIA (%);",
       lambda k, h: f"{h:%Y/%m/%d};{h:%H%M} UTC;0;{comma(T[k])};{comma(DEW[k])};{comma(round(T[k] + 1, 1))};{comma(round(T[k] - 1, 1))};{RH[k]};", encoding="latin-1")
 hours("cimis", "Stn Id,Stn Name,CIMIS Region,Date,Hour (PST),Jul,ETo (in),qc,Air Temp (F),qc,Rel Hum (%),qc,Dew Point (F),qc,Soil Temp (F),qc",
@@ -157,8 +147,6 @@ hours("uscrn", "",
       lambda k, h: f"94728 {h:%Y%m%d %H%M} {h:%Y%m%d %H%M}  3 -96.6 40.7 {T[k]:7.1f} {T[k]:7.1f} {T[k] + 0.3:7.1f} {T[k] - 0.3:7.1f} 0.0", needs="temperature_column", given={"time_column": ["2", "3"], "temperature_column": "9"})
 days("imd", "INDEX,YEAR,MN,DT,MAX,MIN,RF",
       lambda k, d: f"42182,{d.year},{d.month:02},{d.day:02},{HIGH[k]},{LOW[k]},0.0", needs="time_column", given={"time_column": ["YEAR", "MN", "DT"], "minimum_column": "MIN", "maximum_column": "MAX"})
-days("nasa_power_daily", "-BEGIN HEADER-\nT2M_MAX  MERRA-2 Temperature at 2 Meters Maximum (C) \nT2M_MIN  MERRA-2 Temperature at 2 Meters Minimum (C) \n-END HEADER-\nYEAR,DOY,T2M_MAX,T2M_MIN",
-      lambda k, d: f"{d.year},{d:%j},{HIGH[k]},{LOW[k]}")
 
 # --- models, and services of the web --------------------------------------------------------------
 
@@ -170,8 +158,6 @@ hours("wunderground_cells", "Time,Temperature,Dew Point,Humidity,Wind",
       lambda k, h: f"{h:%Y/%m/%d %I:%M %p},{fahrenheit(T[k])} °F,{fahrenheit(DEW[k])} °F,{RH[k]} %,3 mph")
 hours("weatherapi", "time_epoch,time,temp_c,temp_f,is_day,feelslike_c,dewpoint_c",
       lambda k, h: f"{(h - datetime(1970, 1, 1)).total_seconds():.0f},{h:%Y-%m-%d %H:%M},{T[k]},{fahrenheit(T[k])},1,{T[k]},{DEW[k]}")
-hours("openweather", "dt,dt_iso,timezone,city_name,temp,visibility,dew_point,feels_like,temp_min,temp_max,pressure",
-      lambda k, h: f"{(h - datetime(1970, 1, 1)).total_seconds():.0f},{h:%Y-%m-%d %H:%M:%S} +0000 UTC,0,X,{T[k] + 273.15:.2f},10000,{DEW[k] + 273.15:.2f},285.1,{T[k] + 272.15:.2f},{T[k] + 274.15:.2f},1013", needs="unit", given={"unit": "K"})
 hours("meteoblue", "location,Basel,Basel\nlat,47.56,47.56\nlon,7.57,7.57\nvariable,Temperature,Relative Humidity\nunit,°C,%\nlevel,2 m elevation corrected,2 m\nresolution,hourly,hourly\naggregation,None,None\n" "timestamp,Basel Temperature [2 m elevation corrected],Basel Relative Humidity [2 m]",
       lambda k, h: f"{h:%Y%m%dT%H%M},{T[k]},{RH[k]}.0")
 hours("nsrdb", "Source,Location ID,City,Latitude,Longitude,Time Zone,Temperature Units,Clearsky Units\nNSRDB,145809,-,40.57,-105.1,-7,c,w/m2\nYear,Month,Day,Hour,Minute,DHI,DNI,Temperature,Dew Point,Relative Humidity",
@@ -185,10 +171,6 @@ hours("onset_inTemp", "Line#,Date,Time,Max: Temperature (*C),Avg: Temperature (*
       lambda k, h: f"{k + 1},{h:%m/%d/%Y},{h:%H:%M:%S},{T[k] + 0.2:.1f},{T[k]}", needs="", given={})
 hours("ecowitt_raw", "dateutc,tempinf,humidityin,baromrelin,tempf,humidity,temp1f",
       lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},70.1,41,29.92,{fahrenheit(T[k])},{RH[k]},58.1", needs="temperature_column", given={"temperature_column": "tempf"})
-hours("testo", "Datum/Uhrzeit;[°C] Temperatur;[%rF] Feuchte;[°C] Taupunkt",
-      lambda k, h: f"{h:%d.%m.%Y %H:%M:%S};{comma(T[k])};{RH[k]},1;{comma(DEW[k])}", encoding="cp1252")
-hours("lascar", "Roof,Time,Celsius(°C),Humidity(%rh),Dew Point(°C),Serial Number",
-      lambda k, h: f"{k + 1},{h:%d/%m/%Y %H:%M:%S},{T[k]},{RH[k]}.5,{DEW[k]}" + (",000143311" if k == 0 else ""), encoding="latin-1")
 hours("ibutton", "1-Wire/iButton Part Number: DS1922L-F5\nRegistration Number: 8F00\nIs Mission Active?  true\nSample Rate:  Every 3600 second(s)\n\nDate/Time,Unit,Value",
       lambda k, h: f"{h:%m/%d/%y %I:%M:%S %p},C,{T[k]}")
 hours("thermochron_tidbit", "Date;Time;Temperature °C",
@@ -200,13 +182,9 @@ hours("influx", "#group,false,false,true\n#datatype,string,long,dateTime:RFC3339
 
 hours("series_without_name", ",0", lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},{T[k]}")
 hours("r_write_table", '"time" "temp"', lambda k, h: f'"{k + 1}" "{h:%Y-%m-%d %H:%M:%S}" {T[k]}')
-hours("excel_unicode_text", "Date\tTemp °C", lambda k, h: f"{h:%d.%m.%Y %H:%M}\t{T[k]}", encoding="utf-16")
 hours("excel_spanish_clock", "Fecha;Temp",
       lambda k, h: f"{h:%d/%m/%Y %I:%M:%S} {'a. m.' if h.hour < 12 else 'p. m.'};{comma(T[k])}")
-hours("excel_name_with_line_end", 'Date,"Temp\n(°F)"', lambda k, h: f"{h:%Y-%m-%d %H:%M},{fahrenheit(T[k])}")
 hours("markdown_pipes", "time | temp | hum", lambda k, h: f"{h:%Y-%m-%d %H:%M} | {T[k]} | {RH[k]}")
-hours("aligned", "date       hour   temp   hum", lambda k, h: f"{h:%Y-%m-%d}  {h:%H:%M}  {T[k]:5}  {RH[k]}")
-hours("matlab_names_of_months", "time,T_air", lambda k, h: f"{h:%d-%b-%Y %H:%M:%S},{T[k]}")
 hours("german_months", "Zeit;Temperatur", lambda k, h: f"{h.day}. {'Juni'} {h.year} {h:%H:%M};{comma(T[k])}")
 hours("french", "Date;Température (°C);Humidité",
       lambda k, h: f"{h:%d/%m/%Y} {h:%H}h{h:%M};{comma(T[k])};{RH[k]}", encoding="latin-1")
@@ -230,10 +208,6 @@ hours("fluxnet", "TIMESTAMP_START,TIMESTAMP_END,TA_F,TA_F_QC,SW_IN_F,VPD_F",
       lambda k, h: f"{h:%Y%m%d%H%M},{h + timedelta(hours=1):%Y%m%d%H%M},{T[k]},0,{k},3.1")
 hours("acurite", "Timestamp,Outdoor Temperature,Dew Point,Heat Index,Barometric Pressure",
       lambda k, h: f"{h:%m/%d/%Y %H:%M},{fahrenheit(T[k])},{fahrenheit(DEW[k])},70,29.92", needs="unit", given={"unit": "F"})
-hours("tinytag", 'Series 1,,\nProperty,"Temperature",\nRecord Number,Time,Ch 1 Temperature (°C)',
-      lambda k, h: f"{k + 1},{h:%d %b %Y %H:%M:%S},{T[k]} °C")
-hours("tomst_without_names", "",
-      lambda k, h: f"{k};{h:%Y.%m.%d %H:%M};4;{T[k]};{T[k] + 1:.2f};{T[k] + 2:.2f};240;202;0", needs="temperature_column", given={"temperature_column": "4"})
 hours("argentina", "FECHA   HORA  TEMP   HUM", lambda k, h: f"{h:%d%m%Y} {h.hour:5} {T[k]:5} {RH[k]:4}")
 hours("decimal_commas_unquoted", "time,temp,hum",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{comma(T[k])},{RH[k]}", needs="delimiter")
@@ -248,8 +222,6 @@ hours("excel_serial_days", "Date,Temp", lambda k, h: f"{48000 + k / 24:.6f},{T[k
 
 # --- adversaries ----------------------------------------------------------------------------------
 
-hours("dew_first", "time,Dew Point Temperature,Wet Bulb Temperature,Temperature",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{DEW[k]},{DEW[k] + 1:.1f},{T[k]}")
 hours("tenths_in_name", "time,temp_tenths_of_degC", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])}")
 hours("rain_in_inches", "time,temp,rain (in)",
       lambda k, h: f"{h:%Y-%m-%dT%H:%M},{fahrenheit(T[k])},0.0", needs="unit", given={"unit": "F"})
@@ -259,8 +231,6 @@ hours("aligned_decimal_commas", "date hour temp hum",
       lambda k, h: f"{h:%d.%m.%Y}   {h:%H:%M}   {comma(T[k])}   {RH[k]},0")
 hours("text_in_the_last_cell", "time,temperature,status",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{'error' if k == 47 else T[k]},ok", missing=1)
-hours("lcd_v1", '"STATION","DATE","REPORT_TYPE","HourlyDewPointTemperature","HourlyDryBulbTemperature","HourlyRelativeHumidity","HourlyWetBulbTemperature"',
-      lambda k, h: f'"72505394728","{h:%Y-%m-%dT%H:%M:%S}","FM-15","{round(fahrenheit(DEW[k]))}","{round(fahrenheit(T[k]))}","{RH[k]}","{round(fahrenheit(T[k])) - 4}"', needs="unit", given={"unit": "F"}, near=0.3)
 hours("utc_and_local", "time local,time UTC,temp",
       lambda k, h: f"{(h + timedelta(hours=2)):%Y-%m-%d %H:%M},{h:%Y-%m-%d %H:%M},{T[k]}")
 hours("toa5", '"TOA5","Station","CR1000","1234","CR1000.Std.32","CPU:prog.CR1","5432","Table1"\n"TIMESTAMP","RECORD","BattV_Avg","PTemp_C_Avg","AirTC_Avg","RH","SlrW_Avg","T_soil_Avg"\n"TS","RN","Volts","Deg C","Deg C","%","W/m^2","Deg C"\n"","","Avg","Avg","Avg","Smp","Avg","Avg"',
@@ -272,14 +242,9 @@ hours("zoned_index", "time,temp",
       lambda k, h: f"{h:%Y-%m-%d %H:%M:%S}+02:00,{T[k]}", first=HOURS[0] - timedelta(hours=2), last=HOURS[-1] - timedelta(hours=2))
 hours("epw", "LOCATION,Richmond,VA,USA,TMY3,724010,37.52,-77.32,-5.0,50.0\nDESIGN CONDITIONS,0\nTYPICAL/EXTREME PERIODS,0\nGROUND TEMPERATURES,0\nHOLIDAYS/DAYLIGHT SAVINGS,No,0,0,0\nCOMMENTS 1,x\nCOMMENTS 2,y\nDATA PERIODS,1,1,Data,Sunday, 1/ 1,12/31",
       lambda k, h: f"{(h - timedelta(hours=1)).year},{(h - timedelta(hours=1)).month},{(h - timedelta(hours=1)).day},{h.hour or 24},60,A7A7A7A7?0?0,{T[k]},{DEW[k]},{RH[k]},101300,0,0", needs="time_column", given={"time_column": ["1", "2", "3", "4"], "temperature_column": "7"})
-add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
-    last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
 add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
     first=DAYS[0], last=DAYS[11], low=min(HIGH[:12]), high=max(HIGH[:12]), needs="date_format", given={"date_format": "%m/%d/%Y"}))
-hours("two_digit_years", "time,temp", lambda k, h: f"{h:%d.%m.%y %H:%M},{T[k]}")
 hours("year_first_short", "time,temp", lambda k, h: f"{h:%y-%m-%d %H:%M},{T[k]}")
-hours("hours_hhmm", "date,time,temp", lambda k, h: f"{h:%Y-%m-%d},{h:%H%M},{T[k]}")
-hours("weekday", "time,temp", lambda k, h: f"{h:%a %d %b %Y %H:%M},{T[k]}")
 hours("rfc", "time,temp", lambda k, h: f'"{h:%a, %d %b %Y %H:%M:%S} GMT",{T[k]}')
 days("two_stems", "date,TX,TN,TG_max,TG_min",
       lambda k, d: f"{d:%Y-%m-%d},{HIGH[k]},{LOW[k]},30.1,5.1", needs="minimum_column", given={"minimum_column": "TN", "maximum_column": "TX"})
@@ -292,8 +257,6 @@ days("imgw_no_header", "", lambda k,d: f'"352200375","WARSZAWA-OKĘCIE","{d:%Y",
 hours("davis_ampm", "\t\tTemp\tHi\tLow\tOut\tDew\tWind\tWind\tIn\nDate\tTime\tOut\tTemp\tTemp\tHum\tPt.\tSpeed\tDir\tTemp",
   lambda k,h: f"{h.day}/{h.month}/{h:%y}\t{h:%I:%M}{'a' if h.hour<12 else 'p'}\t{T[k]}\t{T[k]+.4:.1f}\t{T[k]-.4:.1f}\t{RH[k]}\t{DEW[k]}\t3.2\tNW\t21.5")
 hours("shelly", "timestamp,temperature_tC,temperature_tF,humidity", lambda k,h: f"{1938038400+3600*k},{T[k]},{fahrenheit(T[k])},{RH[k]}")
-hours("home_assistant_state", "entity_id,state,last_changed", lambda k,h: f"sensor.outdoor_temperature,{'unavailable' if k==11 else T[k]},{h:%Y-%m-%dT%H:%M:%S}.000Z", missing=1, needs="temperature_column", given={"temperature_column":"state"})
-hours("excel_serial_datum", "Datum;Temperatur", lambda k,h: f"{48000+k},{comma(T[k])}".replace(",",";",1), needs="pandas")
 for place, words in enumerate(("unavailable,unavailable,error", "sensor restart,n/a,fault", "start,temp,roof")):
     add(f"text_row_{place}", lambda place=place, words=words: hourly("time,temperature,status",
         lambda k, h: (f"{words}\n" if k == place else "") + f"{h:%Y-%m-%d %H:%M},{T[k]},ok", needs="line" if place else ""))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from fractions import Fraction
 from pathlib import Path
 
@@ -94,13 +93,6 @@ def test_options_of_the_command_line_read_what_the_file_does_not_say(command: Co
         + 'kappa = 1e-5\n[run]\nsolver = "sliding"\n'
     )  # fmt: skip
     assert command("run", "odd.toml").code == 0
-    roof = ("roof", "odd.csv", "--length", "3", "--slope-degrees", "15", *words)
-    said = " ".join(command(*roof).out.split())
-    assert re.match(r"descent [\d.]+ to [\d.]+ mm/year for mu_d from 1 to 0\.2733", said)
-    for expected in ("with mu_d = 0.637:", "lead: E = 16e9 Pa, density 11340 kg/m^3, kappa ="
-                     " 29e-6 /K, thickness 0.003 m", f"weather file {told['read']}"):  # fmt: skip
-        assert expected in said
-    assert command(*roof, "--json").json["read"] == told["read"]
 
 
 def test_one_reading_a_day_is_said_to_have_no_day_and_night(command: Command) -> None:
@@ -109,7 +101,8 @@ def test_one_reading_a_day_is_said_to_have_no_day_and_night(command: Command) ->
     told = command("record", "days.csv", "--json").json
     assert "one reading a day: day and night are missing" in told["doubts"]["sampling"]
     roof = command("roof", "days.csv", "--length", "3", "--slope-degrees", "15").out
-    assert "day and night are missing" in " ".join(roof.split())
+    for said in ("day and night are missing", f"weather file {told['read']}", "E = 16e9 Pa"):
+        assert said in " ".join(roof.split())
 
 
 def test_floats_are_the_decimals_that_they_print() -> None:

@@ -32,7 +32,7 @@ from exactcreep.model.enclosure import enclosure
 from exactcreep.solvers.registry import solver_named
 from exactcreep.studies.event_log import rearrangements
 from tests.oracle.rearrangement import MP, Trajectory, Undecided, follow, integrate
-from tests.paper import captions, paper_chain
+from tests.paper import captions, paper_chain, unlike_chain
 
 pytestmark = pytest.mark.filterwarnings("ignore:a static coefficient was drawn below")
 SOLVERS: dict[str, tuple[dict[str, Any], float]] = {
@@ -43,28 +43,12 @@ SOLVERS: dict[str, tuple[dict[str, Any], float]] = {
 """Options, and how far a tension may be off."""
 
 
-def unlike(rng: random.Random, least: int = 40) -> Chain:
-    """Return a chain that differs in friction, at its ends, in its dilations, or in all of them."""
-    n, kinds = rng.randint(2, 7), rng.randint(1, 7)
-    friction = [F(rng.randint(least, 60), 100) for _ in range(n)]
-    friction = friction if kinds & 1 else friction[:1] * n
-    return Chain(
-        n, 1000,
-        mu_d=friction,
-        mu_s=[mu + F(rng.randint(2, 15) if kinds & 1 else 10, 100) for mu in friction],
-        sigma_mu=F(rng.choice((0, 5, 10)), 1000),
-        tan_alpha=F(rng.randint(-20, 25), 100),
-        end_forces=[F(rng.randint(-12, 12), 100) for _ in "12"] if kinds & 2 else (0, 0),
-        expansion=[F(rng.randint(30, 150), 100) for _ in range(n - 1)] if kinds & 4 else (),
-    )  # fmt: skip
-
-
 @cache
 def known() -> list[tuple[Chain, State, int, int, Trajectory]]:
     """Return chains, states, ways (0: stretched, not at rest), seeds, and what happens next."""
     rng, found = random.Random(1907), []
     for seed in range(36):
-        chain, way = unlike(rng, 40 if seed < 20 else 10), rng.choice((1, -1))
+        chain, way = unlike_chain(rng, 40 if seed < 20 else 10), rng.choice((1, -1))
         if seed < 20:
             run = creep(chain, Cycles("0.003", 2), seed=seed)
             if run.outcome is Outcome.RUNAWAY:
@@ -151,7 +135,7 @@ def test_several_cycles_of_certified_enclose_the_equations_of_motion(seed: int) 
     """Every event, its time and the places at targets, to 35 digits."""
     rng, events = random.Random(seed), 0
     while not 12 <= events <= 200:
-        chain = unlike(rng) if seed % 4 else paper_chain(rng.randint(2, 5))
+        chain = unlike_chain(rng) if seed % 4 else paper_chain(rng.randint(2, 5))
         drive, start = (
             Cycles(F(rng.randint(15, 25) * chain.n, 10**5), 3),
             State.relaxed(chain, seed),
@@ -193,7 +177,7 @@ def proved() -> list[Creep]:
     """Return runs that are proved: along vectors, and with sliders that start together."""
     rng, runs = random.Random(81), []
     for seed in range(8):
-        chain = unlike(rng)
+        chain = unlike_chain(rng)
         drive = vectors(rng, chain.n - 1, 4)
         runs.append(creep(chain, drive, seed=seed, solver="certified"))
     runs += [creep(chain, Cycles("0.0015", 2), solver="certified") for chain in SYMMETRIC]

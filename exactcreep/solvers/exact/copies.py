@@ -28,6 +28,8 @@ _ERROR = 2.0**-49
 _FAR = 16.0
 """Factor of the initial error of the copies that go to the first target only."""
 _FAR_COPIES = [(share, block) for block in (1, 2, 3) for share in (_FAR, -_FAR)]
+NEAR_COPIES = (1.0, 1), (-1.0, 2)
+"""Shares of the initial error, and blocks, of the two copies; see `perturbed`."""
 _FEWEST = 2
 """Targets after which the copies are first compared; then twice as many each time."""
 
@@ -58,7 +60,7 @@ class Copies:
         self._run = solver, chain, state, seed
         self._held = np.array(chain.each("mu_d", chain.times_cosine))
         self._pull = max(1.0, *(abs(float(force)) for force in chain.end_forces))
-        self.copies = [self._copy(1.0, 1), self._copy(-1.0, 2)]
+        self.copies = [self._copy(*of) for of in NEAR_COPIES]
 
     def _copy(self, share: float, block: int) -> Simulation:
         solver, chain, state, seed = self._run

@@ -150,15 +150,10 @@ CHAIN = np.dtype(
 """Constants: the chain, its disorder, and what is recorded."""
 TALLY = ("rearrangements", "events", "slips", "below", "undecided")
 """`below` counts draws below mu_d."""
-WORK = (
-    "steps",  # of clusters
-    "tests",  # windows of eight sliders certified
-    "roots",  # evaluations of one slider's margin
-    "work",  # of clusters, in units of about 5 ns
-)
 COUNTERS = np.dtype(
     [
-        *((name, np.int64) for name in (*TALLY, *WORK)),
+        *((name, np.int64) for name in TALLY),
+        ("work", np.int64),  # of clusters, in units of about 5 ns
         ("calm", np.int64),  # steps of clusters since the last event
         ("target", np.int64),  # number of the target ahead
     ]

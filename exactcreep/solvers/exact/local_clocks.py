@@ -170,7 +170,6 @@ def _begin_epoch(cell, clock, now):
         bent = fused(abs(take(clock, row + 6)), _SIXTH, tail)
         bent = fused(abs(take(clock, row + 7)), _SEVENTH, bent)
         _keep(cell, clock, s, 0.0, bent, 255)
-    now.counts.tests += strips
     now.epoch.left = first
     now.epoch.right = first + strips - 1
     now.epoch.time = 0.0
@@ -238,23 +237,13 @@ def _renew(cell, clock, series, now):
     for q in range(5):
         row, then, column = SERIES * q, CLOCKS * (first + q), 8 * (first + q)
         following = take(clock, then + CLOCKS + layout.NOW_X) if q < 4 else zero
-        side = load(cell, layout.SIDE, column)
-        stiffness = load(cell, layout.STIFFNESS, column)
         around = from_left(before, x) + from_right(x, following)
-        pull = load(cell, layout.REST, column) + (around - stiffness * x)
         speed = take(clock, then + layout.NOW_SPEED)
         here = choose(window >> (8 * q), 1.0, zero)
-        moves = side * side * here
-        push = side * pull - load(cell, layout.FRICTION, column)
-        if fresh:
-            alone = (1 << centre) >> (8 * q)
-            push = choose(alone, cell[layout.DRIVE, i], push)
-        put(series, row + layout.MOVES, moves)
-        put(series, row + layout.RESTS, here - moves)
-        put(series, row + layout.HOLDS, 0.0 - moves * stiffness)
-        put(series, row, fused(1.0 - side * side, pull, here * side * speed))
-        put(series, row + 1, moves * side * push)
-        wildest = max(wildest, moves * (speed + speed), moves * abs(push))
+        alone = ((1 << centre) >> (8 * q)) * fresh
+        margins.expand_at(cell, series, row, layout.MOVES, column, around, x, speed, alone, here)
+        moves = take(series, row + layout.MOVES)
+        wildest = max(wildest, moves * (speed + speed), abs(take(series, row + 1)))
         before, x = x, following
     wild = largest(wildest)
     remaining = (EPOCH - begin) * (EPOCH - begin)
@@ -282,7 +271,6 @@ def _renew(cell, clock, series, now):
         bent = fused(abs(take(series, row + 6)), _SIXTH, tail)
         bent = fused(abs(take(series, row + 7)), _SEVENTH, bent)
         _keep(cell, clock, first + q, begin, bent, mask)
-    now.counts.tests += 2
     now.epoch.left = min(now.epoch.left, first + 1)
     now.epoch.right = max(now.epoch.right, first + 3)
     now.epoch.centre = 0
@@ -339,7 +327,7 @@ def _look(cell, clock, now, i):
     target = element(clock, row + layout.GUESS, lane) - base
     located = False
     if a < target < 1.0:
-        target = margins.refined(cell, clock, now, i, row, lane, KNOWN, target)
+        target = margins.refined(cell, clock, i, row, lane, KNOWN, target)
         if a < target <= end:
             target = (base + target) - base
             located = True
@@ -350,7 +338,6 @@ def _look(cell, clock, now, i):
         if b - a < _GAP:
             return False
         at_b, slope_b = margins.at_time(clock, row, lane, KNOWN, b)
-        now.counts.roots += 1
         bend = bend_odd = 0.0
         for k in range(KNOWN - 2, 3, -2):
             factor = b * b * element(margins.STEP_FACTORS, 0, k - 3)
@@ -417,7 +404,6 @@ def cluster_step(cell, whole, clock, series, now):
 
     Returns t, events and blur like `taylor.step`; `events` is -1 if that function has to do it.
     """
-    now.counts.steps += 1
     now.counts.work += _EVENT_WORK
     left = 0.5 * _BUDGET * now.chain.least_friction
     if now.epoch.on == 1 and now.epoch.spent * now.epoch.wild > left:

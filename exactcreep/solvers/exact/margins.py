@@ -58,36 +58,34 @@ _MISS = 0.25 * ULP
 
 
 @inlined
-def forces(cell, i):
-    """Return for eight columns the pull, the driving force of movers, and which have none.
-
-    A mover that has started with no more than friction has no driving force.
-    """
+def expand(cell, table, row, flags, i):
+    """Do `expand_at` with the present places and velocities."""
     around = load(cell, layout.X, i - 1) + load(cell, layout.X, i + 1)
-    pull = load(cell, layout.REST, i) + (
-        around - load(cell, layout.STIFFNESS, i) * load(cell, layout.X, i)
-    )
-    push = load(cell, layout.SIDE, i) * pull - load(cell, layout.FRICTION, i)
+    x, speed = load(cell, layout.X, i), load(cell, layout.SPEED, i)
     fresh = load(cell, layout.FRESH, i) > 0.0
-    push = choose(fresh, load(cell, layout.DRIVE, i), push)
-    return pull, push, fresh & (push <= 0.0)
+    return expand_at(cell, table, row, flags, i, around, x, speed, fresh, 1.0)
 
 
 @inlined
-def expand(cell, table, row, flags, i):
+def expand_at(cell, table, row, flags, i, around, x, speed, fresh, here):
     """Fill in two derivatives of eight columns and, from row `flags` on, which of them move.
 
-    Returns which movers have no driving force.
+    `around`: the displacements of both neighbours together; `fresh`: the mask of the sliders that
+    have just started; `here` is 0.0 where neither a motion nor a margin counts. Returns the mask of
+    the movers that have started with no more than friction.
     """
     side = load(cell, layout.SIDE, i)
-    moves = side * side
-    pull, push, idle = forces(cell, i)
+    stiffness = load(cell, layout.STIFFNESS, i)
+    moves = side * side * here
+    pull = load(cell, layout.REST, i) + (around - stiffness * x)
+    push = side * pull - load(cell, layout.FRICTION, i)
+    push = choose(fresh, load(cell, layout.DRIVE, i), push)
     put(table, row + flags, moves)
-    put(table, row + flags + 1, 1.0 - moves)
-    put(table, row + flags + 2, 0.0 - moves * load(cell, layout.STIFFNESS, i))
-    put(table, row, fused(1.0 - moves, pull, side * load(cell, layout.SPEED, i)))
-    put(table, row + 1, side * push)
-    return idle
+    put(table, row + flags + 1, here - moves)
+    put(table, row + flags + 2, 0.0 - moves * stiffness)
+    put(table, row, fused(1.0 - moves, pull, side * speed))
+    put(table, row + 1, side * push * here)
+    return fresh & (push <= 0.0)
 
 
 @inlined
@@ -331,7 +329,7 @@ def outwards(side, slope):
 
 
 @inlined
-def refined(cell, series, now, i, row, lane, orders, t):
+def refined(cell, series, i, row, lane, orders, t):
     """Return the root near t of one margin by Halley's method, inf if it strays."""
     side = cell[layout.SIDE, i]
     limit = end_of_range(cell, i)
@@ -340,7 +338,6 @@ def refined(cell, series, now, i, row, lane, orders, t):
     curve_0 = element(series, row + 2, lane)
     for _ in range(12):
         value, slope = at_time(series, row, lane, orders, t)
-        now.counts.roots += 1
         # the polynomial of degree four through the values, slopes and the curvature at 0
         turned = t * (slope - slope_0 - t * curve_0)
         bowed = value - at_0 - t * (slope_0 + 0.5 * t * curve_0)

@@ -123,17 +123,6 @@ class Origin(NamedTuple):
         shares = np.array([split(share) for share in leg.expansion(chain)]).T.copy()
         return self._replace(numbers=numbers, expansion=shares, load=(0.0, 0.0))
 
-    def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
-        """Return the tensions at another ``l0 theta``, shape (n - 1,)."""
-        tension, low = self.numbers[TENSION, :-1], self.numbers[TENSION_LOW, :-1]
-        change, error = two_sum.py_func(self.load[0], -load[0])
-        share, share_low = self.expansion
-        product, lost = two_product(change, share)
-        lost = lost + share_low * change + share * (error + (self.load[1] - load[1]))
-        total, rounded = two_sum.py_func(tension, product)
-        out: NDArray[np.float64] = total + (rounded + (lost + low))
-        return out
-
 
 def rational(value: Any) -> Fraction:
     """Return a state's number (float, Fraction, mpmath or ball midpoint) as a rational."""

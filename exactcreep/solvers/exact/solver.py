@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Cycles, Drive, Leg
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence
@@ -22,10 +20,10 @@ from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import ledger
-from exactcreep.solvers.estimated import Estimated
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.copies import Copies
 from exactcreep.solvers.exact.double_double import split, two_product
+from exactcreep.solvers.exact.estimated import Estimated
 from exactcreep.solvers.exact.layout import MOST_WORK, PAD
 from exactcreep.solvers.exact.pack import (
     Origin,
@@ -249,7 +247,7 @@ class ExactSimulation(Simulation):
         theta: Any = dilation(self.chain, self.load())
         if self.leg is not None:
             theta = np.array(self.leg.at(theta, nearest_float))
-        return owning(*self.origin.read(self._present), theta)
+        return owning(theta, *self.origin.read(self._present))
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the present velocities."""
@@ -330,45 +328,6 @@ class ExactSimulation(Simulation):
         endless = now["stage"] != layout.AT_REST and now["number"] > layout.PROMISED_EVENTS
         return Evidence.UNDECIDED if endless else super().evidence
 
-    def report(self) -> dict[str, Any]:
-        """Return the work done: cluster steps, margins tested, polynomial evaluations."""
-        counts = self.work.now["counts"][0]
-        return {
-            "cluster_steps": counts["steps"].item(),
-            "windows_certified": counts["tests"].item(),
-            "root_evaluations": counts["roots"].item(),
-        }
-
-
-@dataclass(frozen=True, eq=False, repr=False, init=False)
-class Logged(Estimated):
-    """A rearrangement by `Exact`: events and initial state are made on demand.
-
-    `_origin`: the state from which theta was ramped; `_load`: ``l0 theta_c``, as two floats; `_log`
-    (ndarray of layout.LOGGED_EVENT): a row for each slider of each event.
-    """
-
-    _origin: Origin
-    _load: tuple[float, float]
-    _log: NDArray[Any]
-
-    @cached_property  # type: ignore[misc] # a field that is made on demand
-    def events(self) -> tuple[Event, ...]:
-        """The events, in order of time."""
-        return tuple(_events(self._log))
-
-    @cached_property  # type: ignore[misc] # a field that is made on demand
-    def initial(self) -> State:
-        """The state at theta_c."""
-        before = self._origin.state
-        return owning(
-            self._origin.ramped(self._load),
-            before.displacements,
-            before.coefficients,
-            before.draws,
-            dilation(self.chain, self._load) if len(self._log) else before.theta,
-        )
-
 
 @dataclass(frozen=True)
 class Exact(Solver):
@@ -409,14 +368,13 @@ class Exact(Solver):
             if stop is not None or reason in (layout.RUNAWAY, layout.ENDLESS):
                 ended = simulation.ending(reason, limits.reason(stop) if stop else _ENDLESS)
                 break
-        result = Logged.of(
+        result = Estimated.of(
             simulation,
             self.name,
             ended,
             _origin=simulation.origin,
             _load=simulation.load(),
             _log=logs[0] if len(logs) == 1 else np.concatenate(logs),
-            report=simulation.report() | {"time": simulation.work.now["time"].item()},
         )
         if chain.n <= layout.LONGEST_SHORT:
             _USED.setdefault(chain.n, []).append(simulation.work)
@@ -437,8 +395,3 @@ def _logging(record: tuple[str, ...]) -> int:
 def _stacked(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """Return rows one after the other, a copy; by fields it would take longer."""
     return np.concatenate([rows.view(np.uint8) for rows in parts]).view(parts[0].dtype)
-
-
-def _events(log: NDArray[Any]) -> Iterator[Event]:
-    rows = (tables.EventRow._make(row[:8]) for row in log.tolist())
-    return (event for _, event in tables.events_of(rows))

@@ -237,7 +237,6 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     for _ in range(_MOST_PIECES):
         if b != t:
             at_b, slope_b = margins.at_time(series, row, lane, orders, b)
-            now.counts.roots += 1
         else:
             at_b = at_t
             slope_b = slope_t
@@ -475,7 +474,7 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
 
 
 @inlined
-def _located(cell, series, now, first, strips, orders):
+def _located(cell, series, first, strips, orders):
     """Return the lane of the candidate, the time of its event, and the necessary orders.
 
     The lane is -1, and the time the `HORIZON`, if there is no event until then.
@@ -491,7 +490,7 @@ def _located(cell, series, now, first, strips, orders):
         if lane < 0:
             return lane, t, orders
         row = SERIES * (lane // WIDTH)
-        t = margins.refined(cell, series, now, first + lane, row, lane % WIDTH, orders, t)
+        t = margins.refined(cell, series, first + lane, row, lane % WIDTH, orders, t)
         if t > HORIZON:
             lane = -1
             t = HORIZON
@@ -510,7 +509,6 @@ def _rivals(cell, whole, series, now, first, strips, orders, spared, outward, ev
     looked = 0
     soonest = np.inf
     for s in range(strips):
-        now.counts.tests += 1
         lower, upper = _suspects(cell, series, first, s, t)
         if spared >= 0 and spared // WIDTH == s:
             own = np.int64(1) << (spared % WIDTH)
@@ -562,7 +560,6 @@ def step(cell, whole, series, now, first, last):
     columns are in ``whole[EVENT]`` (0: no event within the horizon); and the uncertainty of t.
     """
     strips = (last - first + WIDTH) // WIDTH
-    now.counts.steps += 1
     forceless = _expand(cell, series, first, strips)
     orders = ORDERS if forceless else _SHORTEST
     _differentiate(series, strips, np.int64(0), orders)
@@ -570,7 +567,7 @@ def step(cell, whole, series, now, first, last):
         events = _tangential(cell, whole, series, first, last)
         if events > 0:
             return 0.0, events, 0.0
-    lane, t, orders = _located(cell, series, now, first, strips, orders)
+    lane, t, orders = _located(cell, series, first, strips, orders)
     even_tail, odd_tail = _largest_late(series, strips)
     _evaluate(series, strips, orders, even_tail, odd_tail, t)
     events = 0

@@ -26,6 +26,7 @@ from exactcreep.model.state import State, symmetric
 from exactcreep.motion.arithmetic import Balls, Undecided, certain_sign, objects
 from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic, fmpq, sign_of
 from exactcreep.motion.first_event import EXACTLY
+from exactcreep.motion.state_set import StateSet
 from exactcreep.solvers.interface import Start, Tally
 
 
@@ -47,6 +48,8 @@ class Rest:
     symmetric: bool  # whether the chain is, and therefore stays, the mirror image of itself
     leg: Leg | None = None  # if each spring has its own dilation
     fresh: bool = True  # whether this is the start, which may not be at rest
+    set: StateSet | None = None  # of which this is the middle; None: balls hold every state
+    since: int = 0  # events since the set was made
     evaluations: int = 0  # of event functions
     tally: Tally = field(default_factory=Tally)
 

@@ -27,7 +27,6 @@ from exactcreep.motion.first_event import (
     Search,
     SearchLimit,
     Shifts,
-    lone_event,
     lone_slips,
     root_time,
 )
@@ -121,22 +120,18 @@ class ChainIntegrator(ChainAtRest):
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
-        moving, of = flow.moving, (self.thresholds, self.rules, self.ask)
-        horizon = None
-        if len(moving) > 1:
-            slips = lone_slips(flow, moving, *of, symmetric=self.rest.symmetric)
-            if slips is not None:
-                return slips
-        if len(moving) == self.chain.n:
+        symmetric, horizon = self.rest.symmetric, None
+        slips = lone_slips(flow, self.thresholds, self.rules, self.ask, symmetric=symmetric)
+        if slips is not None:
+            return slips
+        if len(flow.moving) == self.chain.n:
             cosine = self.field.times_cosine(Fraction(1))
             horizon = escape_time(flow, self.runs[0], self.chain, cosine)
             if horizon is not None and bool(horizon == 0):
                 return None
-        elif len(moving) == 1:
-            return lone_event(flow, moving[0], *of)
         search = Search(
             flow, self.runs, self.thresholds,
-            assume=self.assume, half=self.rest.symmetric, limits=self.limits,
+            assume=self.assume, half=symmetric, limits=self.limits,
         )  # fmt: skip
         first = search.first(horizon)
         if not first:
@@ -150,7 +145,7 @@ class ChainIntegrator(ChainAtRest):
         self.tally.undecided += search.undecided
         stops = [root.slider for root in first if root.side == 0]
         starts = [(root.slider, root.side) for root in first if root.side != 0]
-        return event_of(time, stops, starts, self.chain.n if self.rest.symmetric else None)
+        return event_of(time, stops, starts, self.chain.n if symmetric else None)
 
     def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the sliders move to the event."""

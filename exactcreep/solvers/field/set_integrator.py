@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any, ClassVar
 
@@ -21,11 +20,10 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import surplus
 from exactcreep.model.contacts import Event
-from exactcreep.model.rules import rules
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import FLOAT64, Balls, Undecided, certain_sign
+from exactcreep.motion.arithmetic import Balls
 from exactcreep.motion.cosine_field import Quadratic
-from exactcreep.motion.first_event import FirstEvent, lone_event
+from exactcreep.motion.first_event import FirstEvent
 from exactcreep.motion.modes import Flow
 from exactcreep.motion.set_event import enclosed_event, first_event_of_set
 from exactcreep.motion.state_set import UNDERFLOW, Crossing, StateSet
@@ -40,20 +38,6 @@ MOST_ERROR = 2.0**-10
 """Share of the derivative's errors in the set above which it is made anew earlier."""
 
 
-_OF_POINT = rules(lambda x, slack: (certain_sign(x, slack), False))
-
-
-@dataclass
-class RestOfSet(Rest):
-    """The middle of a set of states at rest, and the set.
-
-    `set`: None if the balls hold every state; `since`: events since it was made.
-    """
-
-    set: StateSet | None = None
-    since: int = 0
-
-
 class SetIntegrator(ChainIntegrator):
     """`ChainIntegrator` in balls for the middle of a set, with the set beside it; see the module.
 
@@ -61,37 +45,23 @@ class SetIntegrator(ChainIntegrator):
     """
 
     renew_every: ClassVar[int] = RENEW_EVERY
-    rest: RestOfSet
 
     def __init__(self, start: Start, arithmetic: Balls, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
-        self.rest = RestOfSet(**vars(self.rest))
         self.tangent: StateSet | None = None
-        self._slack: Any = None
         self.widest = 0.0  # largest distance of forces, velocities, l0 theta from the middle's
         self.crossing: Crossing | None = None
-        self.shown: State | None = None  # the present rest, until a slider moves
-        self.shown_theta: Any = None
-        self.drags = [float(x) for x in self.frictions.tolist()]  # frictions in float64
-        self.holds = self._floats_held()
+        self.drags = np.array([float(x) for x in self.frictions.tolist()])
         self.springs = np.full(self.chain.n, 2)
         self.springs[[0, -1]] = 1
         self.ends: list[int] = []  # ends that have just reached their threshold
-
-    def _floats_held(self) -> NDArray[np.float64]:
-        """Return the thresholds in float64, whatever python-flint's precision is."""
-        return self.contacts.thresholds(self.rest.coefficients, FLOAT64)
 
     # -- the set -------------------------------------------------------------------------------
 
     @property
     def slack(self) -> Any:
         """Largest distance of forces and l0 theta from the middle's, as a ball."""
-        if self.rest.set is None:
-            return 0
-        if self._slack is None:
-            (self._slack,) = self.rest.set.balls([self.widest])
-        return self._slack
+        return 0 if self.rest.set is None else self.rest.set.balls([self.widest])[0]
 
     @property
     def far(self) -> float:
@@ -165,10 +135,8 @@ class SetIntegrator(ChainIntegrator):
         """Note the distances of states from the middle."""
         assert self.rest.set is not None
         self.widest, share = self.rest.set.width()
-        self._slack = None
         if share > MOST_ERROR:
             self.rest.since = self.renew_every
-        self.shown = self.shown_theta = None
 
     def _tensions(self, forces: NDArray[Any]) -> NDArray[Any]:
         return self.arithmetic.vector(accumulate((forces - self.loads).tolist()[:-1]))
@@ -180,27 +148,20 @@ class SetIntegrator(ChainIntegrator):
     # -- the present state ---------------------------------------------------------------------
 
     def state(self) -> State:
-        if self.shown is not None and self.flow is None:
-            return self.shown
         middle = super().state()
         if self.rest.set is None:
             return middle
         tensions = self._widened(middle.tensions, StateSet.of_tensions)
         displacements = self._widened(middle.displacements, StateSet.of_displacements)
         theta = self.dilation(self.known_theta())
-        wide = State(tensions, displacements, middle.coefficients, middle.draws, theta)
-        if self.flow is None:
-            self.shown = wide
-        return wide
+        return State(tensions, displacements, middle.coefficients, middle.draws, theta)
 
     def known_theta(self) -> Any:
         rest = self.rest
         if rest.set is None:
             return self.arithmetic.number(rest.theta)
-        if self.shown_theta is None:
-            (radius,) = rest.set.balls([rest.set.of_theta()])
-            self.shown_theta = rest.theta + flint.arb(0, (radius / self.l0).upper())
-        return self.shown_theta
+        (radius,) = rest.set.balls([rest.set.of_theta()])
+        return rest.theta + flint.arb(0, (radius / self.l0).upper())
 
     def known_moves(self) -> NDArray[Any]:
         return self._widened(super().known_moves(), StateSet.of_displacements)
@@ -216,7 +177,7 @@ class SetIntegrator(ChainIntegrator):
 
     def ramp(self, way: int, target: Any) -> bool:
         """Ramp theta, and the set along with its middle; see `ChainIntegrator.ramp`."""
-        self.ends, self.shown, self.shown_theta = [], None, None
+        self.ends = []
         moves = super().ramp(way, target)
         if self.rest.set is not None and self.chain.n > 1:
             for rows in filter(None, (self.rest.set, self.tangent)):
@@ -290,106 +251,71 @@ class SetIntegrator(ChainIntegrator):
         """Return the event that float64 proves to be first, at the middle's time; or None."""
         n, moving = self.chain.n, flow.moving
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
+        signs, frictions = flow.signs[window], self.drags[window]
         speeds = flow.velocities[window].tolist()
-        pulls = list(map(self.arithmetic.number, flow.forces[window].tolist()))
-        signs, frictions, held = flow.signs[window], self.drags[window], self.holds[window]
-        fast, forces = [float(x) for x in speeds], [float(x) for x in pulls]
-        loads = zip(forces, signs.tolist(), frictions, strict=True)
-        bare = [force - sign * friction if sign else 0.0 for force, sign, friction in loads]
-        radius = max([float(x.rad()) for x in (*speeds, *pulls)])
-        largest = max(map(abs, (*fast, *bare, *forces))) + max(frictions)
-        unsure = radius * (1 + 1e-9) + 2.0**-49 * largest
+        numbers = speeds, flow.forces[window].tolist(), self.thresholds[window].tolist()
+        (fast, forces, held), radii = zip(*map(self._floats, numbers), strict=True)
+        bare = np.where(signs, forces - signs * frictions, 0.0)
+        largest = abs(np.array([fast, bare, forces])).max() + frictions.max()
+        unsure = max(radii) * (1 + 1e-9) + 2.0**-49 * float(largest)
         at, side, time, radius = first_event_of_set(
             self.springs[window],
             signs,
             np.array([bool(x == 0) for x in speeds]),
             np.array([fast, bare, forces]),
             held,
-            unsure + self.far + 2.0**-50 * max(held.tolist()),
+            unsure + self.far + 2.0**-50 * float(held.max()),
             min(n // 2 if self.rest.symmetric else n, window.stop) - window.start,
         )
         if at < 0:
             return None
-        acting = (window.start + at, side)
-        event: FirstEvent | None
-        try:
-            if len(moving) == 1 and n > 1:
-                event = self._lone(flow, moving[0], acting, time, radius)
-            else:
-                event = self._enclosed(flow, acting, time, radius)
-        except Undecided:  # the middle is not known well enough
-            return None
-        if event is None or self.rest.set is None:
-            return event
-        late = radius + abs(float(event.time) - time)
-        unsure += math.sqrt(len(moving)) * self.far * (3 + float(event.time))
-        self.crossing = self._crossing(flow, event, acting, late, bare, unsure, window)
-        # not if an event nearly grazes, because the float64 bracket of its time is too wide
-        return event if self.crossing.steep else None
-
-    def _lone(
-        self, flow: Flow, n: int, acting: tuple[int, int], time: float, radius: float
-    ) -> FirstEvent:
-        """Return the event of a slider that moves alone, by its energy."""
-        event = lone_event(flow, n, self.thresholds, _OF_POINT)
-        if [(m, 0) for m in event.stops] + list(event.starts) != [acting]:
-            raise AssertionError("the proof for all states fails for one of them")
-        away = abs(event.time - time)
-        if away > radius:
-            raise AssertionError("the enclosure of an event does not hold a state of the set")
-        if not away <= radius:
-            raise Undecided("the time of an event is not known well enough")
-        return event
-
-    def _enclosed(
-        self, flow: Flow, acting: tuple[int, int], time: float, radius: float
-    ) -> FirstEvent | None:
-        """Return the event, and the state of the middle."""
-        slider, side = acting
+        slider = window.start + at
         self.rest.evaluations += 1
         room = self.thresholds[slider] - side * flow.forces[slider]
-        enclosed = enclosed_event(self.runs, acting, room, time, radius)
+        enclosed = enclosed_event(self.runs, (slider, side), room, time, radius)
         if enclosed is None:
             return None
         instant, shifts = enclosed
-        stops, starts = ([slider], []) if side == 0 else ([], [acting])
-        image_of = self.chain.n if self.rest.symmetric else None
-        return event_of(instant, stops, starts, image_of, tuple(shifts))
+        stops, starts = ([slider], []) if side == 0 else ([], [(slider, side)])
+        image_of = n if self.rest.symmetric else None
+        event = event_of(instant, stops, starts, image_of, tuple(shifts))
+        if self.rest.set is None:
+            return event
+        late = radius + abs(float(event.time) - time)
+        unsure += math.sqrt(len(moving)) * self.far * (3 + float(event.time))
+        pulls = np.zeros(n)
+        pulls[window] = bare
+        self.crossing = self._crossing(flow, event, (slider, side), late, pulls, unsure)
+        # not if an event nearly grazes, because the float64 bracket of its time is too wide
+        return event if self.crossing.steep else None
+
+    def _floats(self, numbers: list[Any]) -> tuple[NDArray[np.float64], float]:
+        """Return numbers as floats, and the largest radius of their balls."""
+        balls = list(map(self.arithmetic.number, numbers))
+        return np.array([float(x) for x in balls]), max(float(x.rad()) for x in balls)
 
     def _crossing(
-        self,
-        flow: Flow,
-        event: FirstEvent,
-        acting: tuple[int, int],
-        late: float,
-        bare: list[float],
-        unsure: float,
-        window: slice,
-    ) -> Crossing:
-        """Return the motion of the middle to its event, in floats; `bare`: initial pulls."""
-        n, time, radii = self.chain.n, float(event.time), [0.0]
-        ways, fast = [0.0] * (len(bare) + 2), [0.0] * len(bare)  # one more at either end
-        number = self.arithmetic.number
+        self, flow: Flow, event: FirstEvent, acting: tuple[int, int],
+        late: float, pulls: NDArray[np.float64], unsure: float,
+    ) -> Crossing:  # fmt: skip
+        """Return the motion of the middle to its event, in floats; `pulls`: initial ones."""
+        n, time, radius = self.chain.n, float(event.time), 0.0
+        ways, fast = np.zeros(n + 2), np.zeros(n)  # one more at either end
         for first, shifts, speeds in event.shifts or ():
-            k, shifts = first - window.start, list(map(number, shifts))
-            ways[k + 1 : k + 1 + len(shifts)] = [float(x) for x in shifts]
-            fast[k : k + len(speeds)] = [float(v) for v in speeds]
-            radii += [float(x.rad()) for x in (*shifts, *speeds)]
-        numbers = zip(bare, self.springs[window].tolist(), flow.signs[window].tolist(), strict=True)
-        pulls = [
-            pull - springs * ways[k] + ways[k - 1] + ways[k + 1] if sign else 0.0
-            for k, (pull, springs, sign) in enumerate(numbers, 1)
-        ]
-        unsure += 4 * max(radii) + 2.0**-47 * max(map(abs, (*ways, *fast)))
-        haste = max(*map(abs, pulls), 4 * max(map(abs, fast))) + 5 * unsure
-        velocities, accelerations = np.zeros((2, n))
-        velocities[window], accelerations[window] = fast, pulls
+            part = slice(first, first + len(speeds))
+            ways[1:-1][part], apart = self._floats(shifts)
+            fast[part], off = self._floats(speeds)
+            radius = max(radius, apart, off)
+        pulls = pulls - self.springs * ways[1:-1] + ways[:-2] + ways[2:]
+        pulls[flow.signs == 0] = 0.0
+        swift = float(abs(fast).max())
+        unsure += 4 * radius + 2.0**-47 * max(float(abs(ways).max()), swift)
+        haste = max(float(abs(pulls).max()), 4 * swift) + 5 * unsure
         late = late * (1 + 1e-9) + 2.0**-50 * time
         image = n - 1 - acting[0] if self.rest.symmetric else -1
         return Crossing(
-            self.springs, flow.signs, velocities, accelerations, unsure, time, late, haste,
-            *acting, image,
-        )  # fmt: skip
+            self.springs, flow.signs, fast, pulls, unsure, time, late, haste, *acting, image
+        )
 
     def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the middle move to its event, and the set along with it."""
@@ -406,14 +332,8 @@ class SetIntegrator(ChainIntegrator):
                 self.time = self.time + flint.arb(0, further)
                 self._look_around()
 
-    def _draw(self, n: int) -> None:
-        super()._draw(n)
-        self.holds[n] = self.contacts.holds(n, float(self.rest.coefficients[n]), FLOAT64)
-
     def go_on_from(self, rest: Rest) -> None:
         super().go_on_from(rest)
-        self.holds = self._floats_held()
-        self.shown = self.shown_theta = None
         if self.rest.set is not None:
             self._look_around()
 

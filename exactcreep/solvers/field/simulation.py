@@ -40,6 +40,10 @@ if TYPE_CHECKING:
     from exactcreep.solvers.field.certified import Certified
 
 
+_KEPT = ("theta_target", "undecided", "anchor", "anchor_target", "settles", "restarts")
+"""Attributes of a simulation that a snapshot holds, beside the chain at rest."""
+
+
 def completed(
     mechanics: ChainIntegrator, direction: int, solver: str, limits: Limits
 ) -> Rearrangement:
@@ -352,23 +356,14 @@ class CertifiedSimulation(Simulation):
         return {"rest": rest, "theta_target": self.theta_target, "bits": bits}
 
     def snapshot(self) -> dict[str, Any]:
-        return {
-            "theta_target": self.theta_target,
-            "rest": self.mechanics.rest.copy(),
-            "undecided": self.undecided,
-            "bits": self.mechanics.arithmetic.bits,
-            "anchor": self.anchor,
-            "anchor_target": self.anchor_target,
-            "settles": self.settles,
-            "restarts": self.restarts,
-        }
+        kept = {name: getattr(self, name) for name in _KEPT}
+        return kept | {"rest": self.mechanics.rest.copy(), "bits": self.mechanics.arithmetic.bits}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        self.settles, self.restarts = snapshot["settles"], snapshot["restarts"]
+        self.settles = snapshot["settles"]
         self._begin(snapshot["bits"])
         self._go_on_from(snapshot["rest"].copy())
-        self.theta_target, self.undecided = snapshot["theta_target"], snapshot["undecided"]
-        self.anchor, self.anchor_target = snapshot["anchor"], snapshot["anchor_target"]
+        vars(self).update({name: snapshot[name] for name in _KEPT})
 
     def report(self) -> dict[str, Any]:
         """Return precision, enclosure radius, digits left and work counts."""

@@ -52,31 +52,24 @@ class _Lives(NamedTuple):
     """Different lifetimes in whole cycles; each occurs `number` times."""
 
     cycles: Floats
-    arrested: NDArray[np.bool_]
-    number: Floats
+    arrested: Floats  # 1 or 0
+    number: NDArray[np.int64]
 
     @classmethod
     def of(cls, ends: Floats, censored: Floats) -> _Lives:
-        kinds = [np.unique(lives[lives > 0], return_counts=True) for lives in (ends, censored)]
-        arrested = np.repeat([True, False], [kinds[0][0].size, kinds[1][0].size])
-        cycles, number = (
-            np.concatenate(parts).astype(np.float64) for parts in zip(*kinds, strict=True)
+        cycles, arrested = (
+            np.append(ends, censored),
+            np.repeat([1.0, 0.0], [len(ends), len(censored)]),
         )
+        lives = np.stack([cycles, arrested])[:, cycles > 0]
+        (cycles, arrested), number = np.unique(lives, axis=1, return_counts=True)
         return cls(cycles, arrested, number)
-
-    @property
-    def arrests(self) -> float:
-        return float(self.number[self.arrested].sum())
-
-    @property
-    def lived(self) -> float:
-        return float(self.number @ self.cycles)
 
     def log_probability(self, rates: Floats) -> Floats:
         """Return the log-probability of each lifetime at each rate, shape (rates, lives)."""
         rate = rates[:, None]
         stays = np.log1p(-rate) * (self.cycles - self.arrested)
-        return stays + np.where(self.arrested, np.log(np.maximum(rate, 1e-300)), 0.0)
+        return stays + np.log(np.maximum(rate, 1e-300)) * self.arrested
 
 
 class _Profile(NamedTuple):
@@ -121,16 +114,17 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     """
     ends, others = _whole("lifetimes", lifetimes), _whole("censored", censored)
     lives = _Lives.of(ends, others)
-    if lives.lived == lives.arrests:  # no start lived longer than one cycle
+    lived, arrests = (float(lives.number @ each) for each in lives[:2])
+    if lived == arrests:  # no start lived longer than one cycle
         if not ends.size:
             return _refused("no rate yet: no start was followed for a cycle; try --cycles 1000")
         by = f"all {ends.size} starts stopped by cycle {ends.max(initial=0):.0f}"
         return _refused(f"no rate: {by}; try a larger --amplitude")
-    if not lives.arrests:
-        return Rate(0.0, 0.0, -math.expm1(math.log(_TAIL) / lives.lived))
-    profile = _profile(lives)
+    if not arrests:
+        return Rate(0.0, 0.0, -math.expm1(math.log(_TAIL) / lived))
+    profile = _profile(lives, arrests / lived)
     best = profile.best
-    alone = lives.number @ lives.log_probability(np.array([lives.arrests / lives.lived]))[0]
+    (alone,) = lives.log_probability(np.array([arrests / lived])) @ lives.number
     cut = 0
     if profile.likelihood[best] - alone > _EARLY:
         of_early = max(profile.share[best] * lives.number.sum() / _STRAGGLERS, 1.0)
@@ -144,7 +138,7 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     longest = int(lives.cycles.max())
     too_short = cut >= longest
     if too_short or not below < profile.told:
-        late = max(profile.late[best], 1 / lives.lived)
+        late = max(profile.late[best], 1 / lived)
         needed = max(2 * longest, 2 / late, 20 / profile.early[best] if cut else 0)
         told = f"{ends.size} of {ends.size + others.size} starts stopped"
         helps = f"--cycles {_rounded_up(needed)}"
@@ -168,37 +162,28 @@ def _refused(reason: str, cut: int = 0, before: int = 0, likely: float = math.na
     return Rate(math.nan, math.nan, math.nan, cut, before, likely, reason)
 
 
-def _profile(lives: _Lives) -> _Profile:
-    mean = lives.arrests / lives.lived
-    first = np.quantile(lives.cycles[lives.arrested], 0.02)
+def _profile(lives: _Lives, mean: float) -> _Profile:
+    first = np.quantile(lives.cycles[lives.arrested > 0], 0.02)
     late = np.append(0.0, np.geomspace(mean / 200, min(2.5 * mean, 0.98), _LATE_RATES))
     early = np.geomspace(min(mean, 0.9), min(max(1 / first, 1.5 * mean), 0.97), _EARLY_RATES)
     of_early, of_late = lives.log_probability(early), lives.log_probability(late)
     found = np.empty((3, late.size))
     for k, rate in enumerate(late):
-        faster = of_early[early >= rate]
-        found[:, k] = of_late[k] @ lives.number, rate, 0.0  # without an early phase
-        if not faster.size:
-            continue
-        largest = np.maximum(faster, of_late[k])
+        # the late rate itself as the early one: without an early phase
+        faster = np.append(rate, early[early >= rate])
+        both = np.vstack([of_late[k], of_early[early >= rate]])
+        largest = np.maximum(both, of_late[k])
         base = np.exp(of_late[k] - largest)
-        more = np.exp(faster - largest) - base
-        share = _shares(base, more, lives.number)
-        likely = (np.log(base + share[:, None] * more) + largest) @ lives.number
-        likely += np.log1p(-share)
-        if likely.max() > found[0, k]:
-            best = int(likely.argmax())
-            found[:, k] = likely[best], early[early >= rate][best], share[best]
+        more = np.exp(both - largest) - base
+        low, high = np.zeros(len(more)), np.full(len(more), 0.999)
+        for _ in range(_HALVINGS):
+            share = (low + high) / 2
+            rises = (more / (base + share[:, None] * more)) @ lives.number > 1 / (1 - share)
+            low, high = np.where(rises, share, low), np.where(rises, high, share)
+        likely = (np.log(base + low[:, None] * more) + largest) @ lives.number + np.log1p(-low)
+        best = likely.argmax()
+        found[:, k] = likely[best], faster[best], low[best]
     return _Profile(late, *found)
-
-
-def _shares(base: Floats, more: Floats, count: Floats) -> Floats:
-    low, high = np.zeros(len(more)), np.full(len(more), 0.999)
-    for _ in range(_HALVINGS):
-        share = (low + high) / 2
-        rises = (more / (base + share[:, None] * more)) @ count > 1 / (1 - share)
-        low, high = np.where(rises, share, low), np.where(rises, high, share)
-    return low
 
 
 def _deviations_below(told: float) -> float:

@@ -67,10 +67,10 @@ def fate(
     cycles : int
         Largest number of cycles to follow.
     solver : str
-        ``exact`` (float64, compiled) looks for forces that return after at most 1000 cycles: in all
-        digits, or to within rounding in 100 successive cycles. ``certified`` does so, too, and then
-        proves the fate, or leaves it undecided. If a proof cannot come, or a limit ends it, the
-        answer of float64 is returned, with the reason.
+        ``exact`` follows the chain in float64, until the forces are those of an earlier cycle: bit
+        for bit, or to within rounding in 100 successive cycles. It says so if two starts that
+        differ by a few rounding errors settle otherwise. ``certified`` then proves the fate. If a
+        proof cannot come, or a limit ends it, you get the answer of float64, with the reason.
     max_seconds : number, optional
         Wall time after which the result so far is returned; `reason` then says so.
     progress : bool or callable, optional
@@ -100,7 +100,12 @@ def fate(
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
-    computed, stop = numerical_fate(solvers.SettlingSearch(chain, drive, begin), begin, limits, say)
+    search = solvers.SettlingSearch(chain, drive, begin)
+    computed, stop = numerical_fate(search, begin, limits, say)
+    if computed.settled_after is not None and not computed.marginal:
+        copies = [numerical_fate(copy, begin, limits)[0] for copy in search.copies()]
+        if not limits.passed():
+            computed = _by_rounding(computed, *copies)
     if solver == "exact":
         return computed
     why = _obstacle(computed, stop, drive.cycles)
@@ -114,6 +119,24 @@ def fate(
             return replace(proof, reason=f"{proof.reason}; float64 has it {computed.finding}")
         why = f"{proof.reason} before it was proved"
     return replace(computed, reason="; ".join(filter(None, (computed.reason, why))))
+
+
+def _by_rounding(own: Fate, *copies: Fate) -> Fate:
+    """Return a fate of float64 that says what copies, a few rounding errors away, do otherwise."""
+    runs = (own, *copies)
+    after = [one.cycles if one.settled_after is None else one.settled_after for one in runs]
+    lasting = ["more than " * (one.settled_after is None) + cycles_text(count)
+               for one, count in zip(runs, after, strict=True)]  # fmt: skip
+    said, evidence = f"settle after {' and '.join(lasting[1:])}", own.evidence
+    if len({(one.outcome, one.direction) for one in runs if one.outcome is not Outcome.LIMIT}) > 1:
+        ends = (replace(copy, evidence=Evidence.UNDECIDED).finding for copy in copies)
+        said, evidence = f"end otherwise ({'; '.join(ends)})", Evidence.UNDECIDED
+    # rounding may also delay a sure return, by a period or two
+    elif max(after) - min(after) <= 2 * max(one.period or 0 for one in runs):
+        return own
+    reason = f"settled after {lasting[0]} with this rounding; starts that differ by a few rounding"
+    reason = "; ".join(filter(None, (own.reason, f"{reason} errors {said}")))
+    return replace(own, evidence=evidence, by_rounding=True, reason=reason)
 
 
 def _obstacle(computed: Fate, stop: Stop, cycles: int) -> str:
@@ -142,41 +165,38 @@ def numerical_fate(
         if stop is not Stop.BUDGET:
             break
     simulation, drive = search.simulation, search.drive
-    evidence, outcome = simulation.evidence, Outcome.LIMIT
-    details: dict[str, Any] = {"advanced_until": search.advanced_until}
+    known: dict[str, Any] = {"outcome": Outcome.LIMIT, "evidence": simulation.evidence}
+    known |= {"reason": reason, "advanced_until": search.advanced_until}
     if (settled := search.settled) is not None:
         moved, itinerary = _one_period(search, settled)
         count = sum(len(events) for _, events in itinerary)
         noise = nearest_float(rounding_of(simulation.chain)) * count
         advance = moved if abs(moved) > noise else 0.0
-        details |= {"settled_after": settled.since, "period": settled.period}
-        details |= {"advance": advance, "itinerary": itinerary}
-        outcome = Outcome.CREEPING if advance else Outcome.CYCLING
-        if not itinerary:
-            outcome = Outcome.AT_REST
+        known |= {"settled_after": settled.since, "period": settled.period}
+        known |= {"advance": advance, "itinerary": itinerary, "outcome": Outcome.AT_REST}
+        if itinerary:
+            known["outcome"] = Outcome.CREEPING if advance else Outcome.CYCLING
         if settled.apart:
-            evidence = Evidence.UNDECIDED
             reason = f"the forces return to within {settled.apart:.1e} m g, not bit for bit"
+            known |= {"evidence": Evidence.UNDECIDED, "reason": reason}
     elif stop is Stop.RUNAWAY:
-        outcome = Outcome.RUNAWAY
-    elif stop is Stop.DONE and (approach := _approach(search)):
-        outcome, evidence = Outcome.CYCLING, Evidence.UNDECIDED
-        reason, details = approach
+        known["outcome"] = Outcome.RUNAWAY
     elif not reason:
-        reason = f"not settled with a period up to {LONGEST_PERIOD} within {drive.cycles} cycles"
+        why = f"not settled with a period up to {LONGEST_PERIOD} within {drive.cycles} cycles"
+        known |= _approach(search) or {"reason": why}
     report = {"events": simulation.tally.events, "undecided": simulation.tally.undecided}
     fate = Fate(
-        simulation.chain, drive.amplitude, start, "exact", outcome, evidence, search.cycles,
-        reason=reason, report=report, **details,
+        simulation.chain, drive.amplitude, start, "exact", cycles=search.cycles, report=report,
+        **known,
     )  # fmt: skip
     return fate, stop
 
 
-def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | None:
-    """Return how the forces approach a locked cycle, and the facts of the approach, or None."""
+def _approach(search: solvers.SettlingSearch) -> dict[str, Any]:
+    """Return what is known of a fate if the forces approach a locked cycle; else nothing."""
     chain, approach = search.simulation.chain, search.approaching()
     if approach is None:
-        return None
+        return {}
     simulation = search.recording()
     drive, log, forces = Cycles(search.drive.amplitude, 1), [], []
     for half in (1, 2):
@@ -186,17 +206,17 @@ def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | No
     slipping = {n for _, itinerary in log for _, sliders, _ in itinerary for n in sliders}
     resting = [n for n in range(1, chain.n + 1) if n not in slipping]
     if not resting:
-        return None
-    left = np.array(chain.each("mu_s", chain.times_cosine)) - np.abs(forces).max(axis=0)
+        return {}
+    rooms = np.array(chain.each("mu_s", chain.times_cosine)) - np.abs(forces).max(axis=0)
     # the room that the driven sliders have left decides how often they slip
-    room = float(left[[*chain.rates, *(n - 1 for n in resting)]].min())
+    room = float(rooms[[*chain.rates, *(n - 1 for n in resting)]].min())
     if approach.ahead >= room:
-        return None
-    reason = (
-        f"{approach.reason}, have {approach.ahead:.1e} to go, and sliders at rest {room:.1e} to a"
-        " slip"
-    )
-    return reason, {
+        return {}
+    left = f"have {approach.ahead:.1e} to go, and sliders at rest {room:.1e} to a slip"
+    return {
+        "outcome": Outcome.CYCLING,
+        "evidence": Evidence.UNDECIDED,
+        "reason": f"{approach.reason}, {left}",
         "marginal": True,
         "period": 1,
         "advance": 0.0,

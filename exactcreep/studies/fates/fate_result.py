@@ -34,8 +34,9 @@ class Fate(Result):
         `CREEPING` (the same tensions after a period, with an advance), `RUNAWAY`, or `LIMIT` (it
         has not settled, and `reason` says what ended the search).
     evidence : Evidence
-        `PROVED`: for ever. `COMPUTED`: in float64 the same state returned bit for bit.
-        `UNDECIDED`: it returned to within rounding, or a comparison was within its error bound.
+        `PROVED`: for ever. `COMPUTED`: in float64 the same state returned bit for bit, and starts
+        that differ by a few rounding errors have the same outcome. `UNDECIDED`: they have another
+        outcome, the state returned to within rounding, or a comparison was within its error bound.
     cycles : int
         Number of whole cycles that were followed.
     settled_after, period : int or None
@@ -50,6 +51,9 @@ class Fate(Result):
     marginal : bool
         Locked in the limit: after k cycles the distance from a locked cycle falls like 1/k. From
         `settled_after` on, every cycle has the same slips.
+    by_rounding : bool
+        Whether the outcome or the number `settled_after` differs between starts that differ by a
+        few rounding errors; `reason` has their numbers. Only the answer of float64 says so.
     itinerary : tuple or None
         See `Period`.
     advance_enclosure : Enclosure or None
@@ -78,6 +82,7 @@ class Fate(Result):
     advance: float | None = None
     advanced_until: int = 0
     marginal: bool = False
+    by_rounding: bool = False
     itinerary: Period | None = None
     advance_enclosure: Enclosure | None = None
     reason: str = ""
@@ -94,21 +99,19 @@ class Fate(Result):
         """Advance of x_G per half-cycle once settled, ``g tau_dyn**2``; None: not settled."""
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 
-    _worded = ("outcome", "evidence", "direction", "settled_after", "reason")
-
     @property
     def finding(self) -> str:
         """What the chain does for ever, from which cycle on, and how sure that is, in words."""
         when = ""
         if self.outcome is Outcome.LIMIT:
             when = f"not settled in {cycles_text(self.cycles)}"
-        elif self.settled_after is not None:
+        elif self.settled_after is not None and not self.by_rounding:
             when = f"settled after {cycles_text(self.settled_after)}"
         return found_text(self.outcome, self.direction, when, self.evidence)
 
     _told = (
         "solver", "outcome", "evidence", "direction", "cycles", "settled_after", "period",
-        "advance", "velocity", "advanced_until", "marginal", "reason",
+        "advance", "velocity", "advanced_until", "marginal", "by_rounding", "reason",
     )  # fmt: skip
 
     def _facts(self) -> dict[str, Any]:

@@ -7,16 +7,14 @@ start is the last cycle in which x_G advanced. A start not arrested at the horiz
 
 from __future__ import annotations
 
-import time
 import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 import scipy  # its parts are loaded where they are used
@@ -31,6 +29,7 @@ from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import interruptible
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.tables import Column, Schema
 from exactcreep.studies.fates.escape import CONFIDENCE, Rate, escape_rate
 from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.pool import in_parallel
@@ -45,11 +44,8 @@ if TYPE_CHECKING:
 MOST_SEED = 2**32 - 1
 SIZE = "1e-3"
 """Size of the tensions of starts, unit m g."""
-_STARTS_OF_A_TASK = 4
-_WORDS = {
-    "locked": "locked", "at_rest": "at rest", "creeping": "still creeping",
-    "dormant": "dormant", "runaway": "running away", "unsettled": "unsettled",
-}  # fmt: skip
+_WORDS = {"at_rest": "at rest", "creeping": "still creeping", "runaway": "running away"}
+_word, _whole, _flag = (partial(Column, kind, "") for kind in ("str", "int64", "bool"))
 
 
 class Share(NamedTuple):
@@ -71,35 +67,30 @@ class Curve(NamedTuple):
 
 
 class Life(NamedTuple):
-    """The result of one start; `_COLUMNS` describes most of the fields."""
+    """The result of one start."""
 
-    start: int  # its number, from 1
-    outcome: str
-    evidence: str
-    cycles: int
-    advanced_until: int
-    furthest: int
-    settled_after: int
-    period: int
-    dormant_after: int
-    marginal: bool
-    dormant: bool  # with disorder, at the end
-    over: bool  # a limit of the user ended it
-    direction: str = "none"
+    start: Annotated[int, _whole("number of the start, from 1")]
+    outcome: Annotated[str, _word("what the start came to")]
+    evidence: Annotated[str, _word("how well that is known")]
+    cycles: Annotated[int, _whole("cycles followed")]
+    advanced_until: Annotated[int, _whole("last cycle in which x_G advanced, 0: none")]
+    furthest: Annotated[int, _whole("last cycle that took x_G further than ever, down or up")]
+    settled_after: Annotated[int, _whole("cycles after which it is periodic, -1: not settled")]
+    period: Annotated[int, _whole("cycles, 0: not settled")]
+    dormant_after: Annotated[
+        int, _whole("cycles after which no inner slider slipped for long, -1: never")
+    ]
+    marginal: Annotated[
+        bool, _flag("whether it is locked in the limit: tensions approach a cycle like 1/k")
+    ]
+    dormant: Annotated[bool, _flag("whether it is dormant at the end, with disorder")]
+    over: Annotated[bool, _flag("whether the limit of time ended it")]
+    direction: Annotated[
+        str, _word("which way it creeps; not settled: which way it went further than ever")
+    ] = "none"
 
 
-_COLUMNS = {
-    "outcome": "what the start came to",
-    "evidence": "how well that is known",
-    "cycles": "cycles followed",
-    "advanced_until": "last cycle in which x_G advanced, 0: none",
-    "furthest": "last cycle that took x_G further than ever, down or up",
-    "direction": "which way it creeps; not settled: which way it went further than ever",
-    "settled_after": "cycles after which it is periodic, -1: not settled",
-    "period": "cycles, 0: not settled",
-    "marginal": "whether it is locked in the limit: tensions approach a cycle like 1/k",
-    "dormant_after": "cycles after which no inner slider slipped for long, -1: never",
-}
+_LIVES = Schema("start", Life)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -132,11 +123,12 @@ class Survival(Result):
     lives: tuple[Life, ...] = ()
     reason: str = ""
 
-    def _column(self, name: str) -> NDArray[Any]:
-        return np.array([getattr(life, name) for life in self.lives])
+    @cached_property
+    def _columns(self) -> dict[str, NDArray[Any]]:
+        return _LIVES.from_rows(self.lives)
 
     def _came_to(self, *outcomes: Outcome) -> NDArray[np.bool_]:
-        return np.isin(self._column("outcome"), [outcome.value for outcome in outcomes])
+        return np.isin(self._columns["outcome"], [outcome.value for outcome in outcomes])
 
     @cached_property
     def arrested(self) -> NDArray[np.bool_]:
@@ -146,8 +138,8 @@ class Survival(Result):
     @cached_property
     def durations(self) -> NDArray[np.int64]:
         """Cycles up to the last advance of an arrested start, else observed cycles; (starts,)."""
-        seen = np.where(self._came_to(Outcome.CREEPING), self.cycles, self._column("cycles"))
-        return np.where(self.arrested, self._column("advanced_until"), seen).astype(np.int64)
+        seen = np.where(self._came_to(Outcome.CREEPING), self.cycles, self._columns["cycles"])
+        return np.where(self.arrested, self._columns["advanced_until"], seen).astype(np.int64)
 
     @property
     def lifetimes(self) -> NDArray[np.int64]:
@@ -199,7 +191,7 @@ class Survival(Result):
     @property
     def directions(self) -> dict[str, Share]:
         """The shares of `creeping` by direction: see `Fate.direction`."""
-        ways, creeping = self._column("direction"), self._creeping
+        ways, creeping = self._columns["direction"], self._creeping
         words = np.unique(ways[creeping]).tolist()
         return {word: self._share(creeping & (ways == word)) for word in words}
 
@@ -209,10 +201,10 @@ class Survival(Result):
 
     @cached_property
     def _kinds(self) -> dict[str, NDArray[np.bool_]]:
-        cycles, unsettled = self._column("cycles"), self._came_to(Outcome.LIMIT)
-        sleeping = unsettled & self._column("dormant")
+        cycles, unsettled = self._columns["cycles"], self._came_to(Outcome.LIMIT)
+        sleeping = unsettled & self._columns["dormant"]
         lately = cycles - np.minimum(self.dormant, cycles // 2)
-        advancing = unsettled & ~sleeping & (self._column("furthest") > lately)
+        advancing = unsettled & ~sleeping & (self._columns["furthest"] > lately)
         kinds = {
             "locked": self._came_to(Outcome.CYCLING),
             "at_rest": self._came_to(Outcome.AT_REST),
@@ -235,27 +227,27 @@ class Survival(Result):
 
     @property
     def evidence(self) -> Evidence:
-        """`COMPUTED` in float64, or `UNDECIDED` if one of the starts is."""
+        """`COMPUTED` of the shares and rates, not of one life; `UNDECIDED` if a start is."""
         return Evidence.of(self._undecided, Evidence.COMPUTED)
 
     @property
     def _undecided(self) -> int:
-        return int((self._column("evidence") == Evidence.UNDECIDED.value).sum())
+        return int((self._columns["evidence"] == Evidence.UNDECIDED.value).sum())
 
     @property
     def finding(self) -> str:
         """How soon creep ends, with its interval, and the fates of the starts, in words."""
         rate = self.rate
         ends = rate.reason or "no rate yet: no start stopped"
-        if self.lives and self._kinds["runaway"].all():
+        if self._kinds["runaway"].all():
             ends = "friction holds no start"
         elif rate.rate > 0:
             longest = in_full(1 / rate.low) if rate.low > 0 else "any number"
             between = f"95 %: {in_full(1 / rate.high)} to {longest}"
             ends = f"creep ends once in {in_full(1 / rate.rate)} cycles ({between})"
-        shares = self.fractions if self.lives else {}
-        came = [f"{share.starts} {_WORDS[kind]}" for kind, share in shares.items() if share.starts]
-        return f"{ends}; {'starts: ' + ', '.join(came) if came else 'no start was followed'}"
+        counts = {kind: int(which.sum()) for kind, which in self._kinds.items()}
+        came = [f"{count} {_WORDS.get(kind, kind)}" for kind, count in counts.items() if count]
+        return f"{ends}; starts: {', '.join(came)}"
 
     def _about(self) -> dict[str, Any]:
         names = ("amplitude", "size", "starts", "cycles", "seed", "dormant")
@@ -270,7 +262,7 @@ class Survival(Result):
             **self._about(),
             "followed": len(self.lives),
             "deaths": self.lifetimes.size,
-            "marginal": int(self._column("marginal").sum()),
+            "marginal": int(self._columns["marginal"].sum()),
             "cycles_lived": int(self.durations.sum()),
             "rate": self.rate._asdict(),
             "exponential": self.rate.exponential,
@@ -285,22 +277,14 @@ class Survival(Result):
     def dataset(self) -> xr.Dataset:
         """The result of every start along ``start``, and `curve` along ``step``."""
         columns: dict[str, Any] = {
-            name: ("start", self._column(name), {"long_name": text})
-            for name, text in _COLUMNS.items()
+            name: ("start", self._columns[name], column.attributes)
+            for name, column in _LIVES.fields.items()
         } | {f"curve_{name}": ("step", steps) for name, steps in self.curve._asdict().items()}
         columns["arrested"] = ("start", self.arrested)
         rate = dict(zip(("rate", "rate_low", "rate_high"), self.rate, strict=False))
         about = self._about() | rate | {"confidence": CONFIDENCE, "reason": self.reason}
-        numbers = {"start": self._column("start")}
-        made: xr.Dataset = import_module("xarray").Dataset(columns, numbers, about)
+        made: xr.Dataset = import_module("xarray").Dataset(columns, attrs=about)
         return made
-
-
-class _Task(NamedTuple):
-    asked: Survival
-    numbers: range
-    until: float | None
-    """When it has to end, in seconds since the epoch, which all machines share."""
 
 
 def start_of(chain: Chain, size: Any, seed: int, number: int) -> tuple[State, int]:
@@ -320,7 +304,6 @@ def survival(
     cycles: Number = 10_000,
     seed: Number = 0,
     dormant: Number = 500,
-    executor: Executor | None = None,
     workers: Number | None = None,
     max_seconds: Number | None = None,
     progress: Hearer = None,
@@ -347,10 +330,8 @@ def survival(
     dormant : int
         A chain with disorder is dormant if no inner slider has slipped for this number of
         cycles.
-    executor : concurrent.futures.Executor, optional
-        Follows the starts: threads, processes, or a cluster. It is not shut down.
     workers : int, optional
-        Number of threads if there is no executor. Default: one for each processor.
+        Number of threads. Default: one for each processor.
     max_seconds : number, optional
         Wall time after which no further start begins, and the result so far is returned; `reason`
         then says so.
@@ -374,8 +355,8 @@ def survival(
     tensions never return; a start is then arrested if no slider slips any more. A chain in which
     only the end sliders slip is dormant, and may creep again.
 
-    Guarantee: results do not depend on the executor or the number of threads. A chaotic
-    float64 trajectory is not the exact solution; its statistics are those of exact solutions.
+    Guarantee: results do not depend on the number of threads. A chaotic float64 trajectory is not
+    the exact solution; its statistics are those of exact solutions.
 
     Examples
     --------
@@ -392,45 +373,35 @@ def survival(
     start_of(chain, spread, key, 1)  # raises an error for a bad size
     wait_for = whole_number(dormant, "dormant", least=1)
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-    until = None if max_seconds is None else time.time() + limits.seconds
     asked = Survival(chain, drive.amplitude, spread, count, drive.cycles, key, wait_for)
-    numbers = range(1, count + 1)
-
-    def tasks() -> Iterator[tuple[int, _Task]]:
-        for first in numbers[::_STARTS_OF_A_TASK]:
-            if first > 1 and limits.passed():
-                return
-            yield first, _Task(asked, numbers[first - 1 :][:_STARTS_OF_A_TASK], until)
-
     lives: list[Life] = []
+
+    def tasks() -> Iterator[tuple[int, int]]:
+        for number in range(1, count + 1):
+            if number > 1 and limits.passed():
+                return
+            yield number, number
+
+    def followed(number: int, stopped: Callable[[], bool]) -> list[Life]:
+        late = number > 1 and limits.passed()
+        return [] if late else [_life(asked, number, replace(limits, interrupted=stopped))]
 
     def so_far() -> str:
         none = f"none of {count} starts has ended so far"
         return replace(asked, lives=tuple(lives)).finding if lives else none
 
-    if executor is None:
-        solvers.SettlingSearch(chain, drive, State.relaxed(chain))  # compiles
+    solvers.SettlingSearch(chain, drive, State.relaxed(chain))  # compiles
     say("starts", 0, count, "starts")
-    with closing(in_parallel(lives_of, tasks(), executor, workers)) as computed:
+    with closing(in_parallel(followed, tasks(), workers=workers)) as computed:
         for ended in computed:
             lives.extend(ended[1].result() if ended is not None else ())
             say("starts", len(lives), count, "starts", so_far=so_far)
-    if not lives:  # another process was meant to follow the first start
+    if not lives:  # Ctrl-C came before the first start
         raise KeyboardInterrupt
     lives.sort(key=lambda life: life.start)
     over = len(lives) < count or any(life.over for life in lives)
     reason = limits.reason(Stop.DEADLINE) if over else ""
     return replace(asked, lives=tuple(lives), reason=reason)
-
-
-def lives_of(task: _Task, stopped: Callable[[], bool] | None = None) -> list[Life]:
-    """Follow the starts of a task; after the time limit only start 1 begins."""
-    left = None if task.until is None else max(task.until - time.time(), 0.0)
-    limits = Limits.of(max_seconds=left)
-    if stopped is not None:
-        limits = replace(limits, interrupted=stopped)
-    numbers = (number for number in task.numbers if number == 1 or not limits.passed())
-    return [_life(task.asked, number, limits) for number in numbers]
 
 
 def _life(asked: Survival, number: int, limits: Limits) -> Life:
@@ -439,20 +410,11 @@ def _life(asked: Survival, number: int, limits: Limits) -> Life:
     drive = Cycles(asked.amplitude, asked.cycles)
     search = solvers.SettlingSearch(chain, drive, start, seed, asked.dormant)
     fate, stop = numerical_fate(search, start, limits)
+    settled, direction = fate.settled_after, fate.direction
+    if fate.outcome is Outcome.LIMIT:
+        direction = direction_of(search.heading, chain.tan_alpha)
     return Life(
-        number,
-        fate.outcome.value,
-        fate.evidence.value,
-        fate.cycles,
-        fate.advanced_until,
-        search.furthest,
-        -1 if fate.settled_after is None else fate.settled_after,
-        fate.period or 0,
-        search.dormant_after,
-        marginal=fate.marginal,
-        dormant=chain.sigma_mu != 0 and search.dormant,
-        over=bool(limits.reason(stop)),
-        direction=fate.direction
-        if fate.outcome is not Outcome.LIMIT
-        else direction_of(search.heading, chain.tan_alpha),
-    )
+        number, fate.outcome.value, fate.evidence.value, fate.cycles, fate.advanced_until,
+        search.furthest, -1 if settled is None else settled, fate.period or 0, search.dormant_after,
+        fate.marginal, chain.sigma_mu != 0 and search.dormant, bool(limits.reason(stop)), direction,
+    )  # fmt: skip

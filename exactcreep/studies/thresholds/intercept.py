@@ -27,7 +27,6 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.creep import Interrupted, creep
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
 from exactcreep.studies.sense import INTERCEPT
-from exactcreep.studies.thresholds.amplitudes import two_numbers
 from exactcreep.studies.thresholds.threshold_result import Threshold
 from exactcreep.watch.limits import Limits, Stop
 from exactcreep.watch.progress import Progress
@@ -107,7 +106,12 @@ def intercept_of(
     seed: Number = 0,
 ) -> Intercept:
     """Return the intercept of a chain for which it makes sense; see `threshold`."""
-    low, high = map(nearest_float, two_numbers(fit, "fit", positive=True))
+    try:
+        low, high = (nearest_float(exact_number(end, "fit")) for end in fit)
+    except (TypeError, ValueError):
+        raise InputError("fit", fit, "must be two numbers") from None
+    if not 0 < low < high:
+        raise InputError("fit", fit, "must be two numbers, 0 < LO < HI")
     count = whole_number(points, "points", least=FEWEST_POINTS, most=10_000)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
     spread = exact_number(size, "size")

@@ -29,10 +29,10 @@ from exactcreep.studies import fates
 from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.sense import CHAOTIC
-from exactcreep.studies.thresholds.amplitudes import Bracket
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.watch.progress import reporter
 
+Bracket = tuple[Fraction, Fraction]
 _MOST_EVENTS = 10**6  # for each slider (at least 20); no edge is so high that a run needs more
 _ADVANCE = Fraction(1, 10**6)  # least advance of x_G in the last cycle
 MOST_CYCLES = 10_000

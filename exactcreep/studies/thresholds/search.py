@@ -12,13 +12,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from fractions import Fraction
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.chain import Chain, first_start, mean_mu_d, require_dilation
+from exactcreep.model.enclosure import magnitude
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence
-from exactcreep.studies.thresholds.amplitudes import Bracket, Span, text_of, unit_of
-from exactcreep.studies.thresholds.questions import Answer, Question
+from exactcreep.studies.thresholds.questions import Answer, Bracket, Question
 from exactcreep.watch.limits import OutOfTime
 
 MOST_DIGITS = 5_000
@@ -54,6 +57,33 @@ class Edge:
         return {"lower": self.lower, "upper": self.upper, what: begins, "evidence": self.evidence}
 
 
+class Span(NamedTuple):
+    """The range of a search for a threshold: scans one after the other."""
+
+    scans: list[Bracket]
+    free: bool  # whether the first scan may begin lower
+    points: int  # equal steps of each scan
+
+    @classmethod
+    def of(cls, chain: Chain, low: Number | None, high: Number | None, points: Number) -> Span:
+        """Return the span for these arguments; the defaults do not affect the edge found."""
+        cosine = Fraction(chain.cos_alpha)
+        driven = abs(chain.n * chain.tan_alpha * cosine + sum(chain.end_forces))
+        swing = sum(map(abs, chain.rates.values())) * chain.l0
+        law = (chain.n * mean_mu_d(chain) * cosine - driven) / swing if swing else Fraction(0)
+        first_slip = first_start(chain) / chain.l0
+        begin = (law if law > 0 else first_slip) / 2 if low is None else exact_number(low, "from")
+        if begin < 0:
+            raise InputError("from", low, "must not be negative")
+        usual = [end for end in sorted([2 * law, chain.n * first_slip]) if end > begin]
+        ends = usual or [2 * begin] if high is None else [exact_number(high, "to")]
+        if high is not None and begin >= ends[0]:
+            raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
+        require_dilation(chain, max(begin, *ends), "to", high)
+        steps = whole_number(points, "points", least=1, most=10**7)
+        return cls(list(pairwise([begin, *ends])), low is None, steps)
+
+
 class Search:
     """The search for edges in a span; `find` fills in what is known.
 
@@ -65,10 +95,10 @@ class Search:
         self.question, self.digits = question, digits + _SPARE
         self.edges: list[Edge] = []
         self.sides: tuple[Answer, Answer] | None = None
-        self.reason = ""
+        self.reason = self.so_far = ""
 
     def find(self, span: Span, *, every: bool = False) -> None:
-        """Find the edge in a bracket, or the first edge of the scans, or `every` edge."""
+        """Find the first edge of the scans, or `every` edge."""
         try:
             for low, high, begins in self._brackets(span):
                 self.edges.append(_rounded(low, high, begins))
@@ -81,15 +111,12 @@ class Search:
                 if not every:
                     break
         except OutOfTime as limit:
-            self.reason = str(limit)
+            known = [] if self.edges else [self.so_far]
+            self.reason = "; ".join(filter(None, (*known, str(limit))))
 
     def _brackets(self, span: Span) -> Iterator[tuple[Fraction, Fraction, bool]]:
         """Yield two amplitudes around every edge of the first scan that has one."""
-        question = self.question
-        if span.bracket is not None:
-            yield *self._straddling(span.bracket), True
-            return
-        scans, lowest = span.scans, span.scans[0][0]
+        question, scans, lowest = self.question, span.scans, span.scans[0][0]
         if span.free and question.creeps(lowest):
             scans, lowest = [(Fraction(0), lowest)], Fraction(0)
         if question.creeps(lowest):
@@ -101,8 +128,8 @@ class Search:
                 amplitude = begin + (end - begin) * k / span.points
                 creeps = question.creeps(amplitude)
                 none = f"no {question.what} up to A = {nearest_float(before):.6g} (computed)"
-                none = "" if self.edges else none
-                question.say("scan", k, span.points, "amplitudes", so_far=none)
+                self.so_far = "" if self.edges else none
+                question.say("scan", k, span.points, "amplitudes", so_far=self.so_far)
                 if creeps != creeping:
                     yield before, amplitude, creeps
                 before, creeping = amplitude, creeps
@@ -110,14 +137,6 @@ class Search:
                 return
         allowed = "must be higher: the chain creeps at no point of the scan"
         raise InputError("to", nearest_float(before), allowed)
-
-    def _straddling(self, bracket: Bracket) -> Bracket:
-        """Return a bracket across which float64 or the certified solver sees an edge."""
-        for creeps in (self.question.creeps, self._creeps):
-            if tuple(map(creeps, bracket)) == (False, True):
-                return bracket
-        shown = " ".join(f"{nearest_float(end)}" for end in bracket)
-        raise InputError("bracket", shown, "must straddle an edge: no creep at LO, creep at HI")
 
     def _in_floats(self, low: Fraction, high: Fraction, begins: bool) -> Bracket:
         """Bisect the last edge in float64."""
@@ -170,14 +189,14 @@ class Search:
         step = above - below
         while self._creeps(below * unit):
             if below == 0:
-                raise InputError("bracket", str(low), "must not creep at its lower end")
+                raise InputError("from", str(low), "must be lower: the chain creeps at any A")
             below, above, step = max(below - step, 0), below, 2 * step
         while True:
             below, above = self._closed_in(below, above, unit)
             if self._creeps(above * unit):
                 return below, above
             if step * unit > high:
-                raise InputError("bracket", str(high), "must creep at its upper end")
+                raise InputError("to", nearest_float(high), "must be higher: no creep is certified")
             below, above, step = above, above + step, 2 * step
 
     def _closed_in(self, below: int, above: int, unit: Fraction) -> tuple[int, int]:
@@ -207,3 +226,15 @@ def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
     return Edge(
         text_of(math.floor(low / unit), unit), text_of(math.ceil(high / unit), unit), begins
     )
+
+
+def unit_of(value: Fraction, digits: int) -> Fraction:
+    """Return one unit of the last of `digits` significant decimal digits of `value` > 0."""
+    return Fraction(10) ** (magnitude(value) + 1 - digits)
+
+
+def text_of(count: int, unit: Fraction) -> str:
+    """Return ``count * unit`` as a decimal; `unit` is a power of ten."""
+    exponent = Decimal(unit.numerator).adjusted() - Decimal(unit.denominator).adjusted()
+    sign, digits, _ = Decimal(count).as_tuple()
+    return str(Decimal((sign, digits, exponent)))

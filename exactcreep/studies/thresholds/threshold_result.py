@@ -83,8 +83,9 @@ class Threshold(Result):
         two relaxed sliders.
     lower, upper : str or None
         Edge. Decimals: the chain does not creep (not advance in the last cycle) at `lower`, and
-        does at `upper`. If creep does not settle within `cycles`: the last amplitude of the scan at
-        which the chain locked, and the next one. None: unknown.
+        does at `upper`. With slips another edge may lie below them, between two points of the scan.
+        If creep does not settle within `cycles`: the last amplitude of the scan at which the chain
+        locked, and the next one. None: unknown.
     cycles : int
         Edge: the chain has to settle within so many cycles, or advance in the last of them.
         Intercept: cycles at each amplitude.
@@ -101,9 +102,6 @@ class Threshold(Result):
         the fate. The answer of float64 was taken there, and may be wrong.
     edges : tuple or None
         Edge, on request: every edge of the scan; only the first one is refined beyond float64.
-    scanned : bool
-        Edge: whether a scan in float64 chose it. Evidence is about the edge alone; another edge may
-        lie below it, between two points of the scan.
     report : mapping
         Edge: numbers of runs.
     amplitudes, velocities, errors : ndarray, shape (points,)
@@ -124,8 +122,9 @@ class Threshold(Result):
 
     Examples
     --------
-    >>> threshold(pair, digits=12, bracket=("0.0003", "0.0004")).finding
-    'creep for ever begins between A = 0.00033954987505086 and 0.00033954987505087 (proved)'
+    >>> found = threshold(pair, digits=12)
+    >>> found.lower, found.upper, found.evidence.value
+    ('0.00033954987505086', '0.00033954987505087', 'proved')
     """
 
     chain: Chain

@@ -71,7 +71,7 @@ def test_a_whole_chain_that_slides_on_unproved_is_given_up():
     stretch = simulation.follow(Cycles("0.005", 5), 1, 10)
     assert stretch.stop is Stop.LIMIT
     assert "neither ended" in stretch.reason
-    assert simulation.tally.events < 10**6 < simulation.report()["cluster_steps"]
+    assert simulation.tally.events < 10**6
     given_up = simulation.state()
     simulation.come_to_rest(Limits())  # as a checkpoint does: it must not matter when
     assert simulation.follow(Cycles("0.005", 5), 1, 10).stop is Stop.LIMIT

@@ -45,6 +45,24 @@ def test_forces_that_return_to_within_rounding_tell_the_proved_period_undecided(
     assert found.velocity == pytest.approx(proved.velocity, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("n", "amplitude", "evidence", "found", "said"),
+    [
+        (5, "0.00079", Evidence.COMPUTED, "cycling, settled after 21 cycles (computed)", ""),
+        (6, "0.00098", Evidence.COMPUTED, "cycling (computed)", "settle after"),
+        (5, "0.000784", Evidence.UNDECIDED, "cycling", "end otherwise (creeping downhill, settled"),
+    ],
+)
+def test_what_rounding_decides_of_a_fate_is_not_called_computed(
+    n: int, amplitude: str, evidence: Evidence, found: str, said: str
+) -> None:
+    """Among nearly identical starts some take other times, and some have other fates."""
+    of_float64 = fate(captions(n), amplitude, solver="exact")
+    assert (of_float64.evidence, of_float64.finding) == (evidence, found)
+    assert of_float64.by_rounding == bool(said)
+    assert said in of_float64.reason
+
+
 @pytest.mark.parametrize("solver", ["certified", "exact"])
 def test_a_chain_with_hardly_any_friction_advances_as_others_do(solver: str) -> None:
     for scale in (1, Fraction(1, 10**12), Fraction(1, 10**40)):
