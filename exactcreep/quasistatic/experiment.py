@@ -22,7 +22,7 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
-from exactcreep.model.state import State, near_theta, of_parts, require_finite
+from exactcreep.model.state import State, near_theta, require_finite
 from exactcreep.model.targets import Listed, Targets
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.records.temperature_record import TemperatureRecord
@@ -234,9 +234,10 @@ def experiment_of(described: Mapping[str, Any]) -> Experiment:
     """Return the experiment of a `description` in a file, or raise any exception."""
     drive, start = dict(described["drive"]), described["start"]
     if start is not None:
-        theta = start["theta"]
-        middle = theta.middle if isinstance(theta, Enclosure) else theta
-        start = replace(of_parts({**start, "theta": middle}))
+        parts = {name: value for name, value in start.items() if name != "unrounded"}
+        if isinstance(theta := parts["theta"], Enclosure):
+            parts["theta"] = theta.middle
+        start = State(**parts)
     chain = Chain(**described["chain"])
     made = {"chain": chain, "drive": drive_of_parameters(drive.pop("kind"), drive), "start": start}
     return Experiment(**{**described, **made})
