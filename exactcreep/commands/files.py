@@ -164,7 +164,8 @@ def animate(
     number = whole(rearrangement, "rearrangement", 0)
     output = Drawing(out=out or Path(f"{wanted.name}.gif"), force=force)
     output.check()
-    found = find_avalanche(experiment, number, limits)
+    with Display() as display:
+        found = find_avalanche(experiment, number, limits, progress=display.show)
 
     def save(path: Path, *, force: bool) -> None:
         with Display() as display:

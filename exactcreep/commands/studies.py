@@ -163,8 +163,7 @@ def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Sign
     options = list[inspect.Parameter]()
     for own in inspect.signature(public).parameters.values():
         if own.name != "chain" and not any(word in str(own.annotation) for word in _UNSEEN):
-            default = _as_text(own.default)
-            options.append(own.replace(kind=_KEYWORD, default=default, annotation=_kind(own)))
+            options.append(own.replace(kind=_KEYWORD, annotation=_kind(own)))
     chain = inspect.Parameter("chain", _KEYWORD, annotation=ChainOptions)
     output = inspect.Parameter("output", _KEYWORD, default=group(), annotation=group)
     return inspect.Signature([chain, *options, output])
@@ -182,14 +181,6 @@ def _kind(own: inspect.Parameter) -> Any:
         return Annotated[tuple[str, str] | None, taken("LO HI", **named)]
     metavar = "K" if "int" in annotation else "NAME" if annotation.startswith("str") else "X"
     return Annotated[str if own.default is own.empty else str | None, taken(metavar, **named)]
-
-
-def _as_text(default: Any) -> Any:
-    """Return a default in the form of the command line: numbers as text."""
-    if isinstance(default, tuple):
-        return tuple(map(_as_text, default))
-    is_number = isinstance(default, (int, float)) and not isinstance(default, bool)
-    return str(default) if is_number else default
 
 
 def compare(

@@ -7,6 +7,7 @@ import itertools
 import math
 import os
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.writing import write_file
-from exactcreep.solvers.interface import Rearrangement, simulate
+from exactcreep.solvers.interface import Rearrangement, compile_for, simulate
 from exactcreep.solvers.tables import logged_events
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.watch.progress import Hearer, reporter
@@ -46,16 +47,20 @@ class RunAvalanche(NamedTuple):
 
 
 def find_avalanche(
-    experiment: Experiment, number: int | None = None, limits: Limits = NO_LIMITS
-) -> RunAvalanche:
+    experiment: Experiment, number: int | None = None, limits: Limits = NO_LIMITS,
+    *, progress: Hearer = None,
+) -> RunAvalanche:  # fmt: skip
     """Return a rearrangement of a run in closed form (its itinerary is checked).
 
     Default for `number`: the rearrangement with most events in the first 100 half-cycles.
     """
-    drive, simulation = experiment.drive, experiment.simulation(("events",))
+    say, record = reporter(progress), ("events",)
+    compile_for(experiment.algorithm, experiment.chain, record, partial(say, "compiling", 0))
+    drive, simulation = experiment.drive, experiment.simulation(record)
     last = drive.target_count if number is not None else min(drive.target_count, _LOOKED_AT)
     state, found, most = experiment.initial, None, 0
-    for stretch in simulate(simulation, drive, range(1, last + 1), limits):
+    for reached, stretch in enumerate(simulate(simulation, drive, range(1, last + 1), limits), 1):
+        say("searching", reached, last, "half-cycles")
         of = np.asarray(stretch.whole.get("event_rearrangement", ()))
         numbers, counts = np.unique(of[of == number] if number is not None else of,
                                     return_counts=True)  # fmt: skip
@@ -186,7 +191,7 @@ def _draw_curves(axes: Axes, motion: Rearrangement, count: int) -> None:
     times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), count)
     curves = _moved(motion, times)
     active = np.flatnonzero(np.abs(curves).max(axis=1) > 0).tolist()
-    ramp = colormaps["cividis"](np.linspace(0, 1, len(active)))
+    ramp = colormaps["cividis"](np.linspace(0, 0.8, len(active)))  # yellow is faint
     for slider, ink in zip(active, ramp, strict=True):
         few = len(active) <= _NAMED or slider in (active[0], active[-1])
         label = f"slider {slider + 1}" if few else None

@@ -20,36 +20,28 @@ _MARKS = {"exact": "*", "certified": "s", "verlet": "o", "sliding": "^"}
 def draw_compared(data: xr.Dataset, title: str = "") -> Figure:
     """Draw one mark for each method: its error over its time, with the ranges of both.
 
-    The legend says after how many events the first wrong one comes. Proved errors have a scale of
-    their own below the others. Without an error a mark stands at the lower edge.
+    The legend says after how many events the first wrong one comes. The proved errors are far below
+    the others, and stand at the lower edge with an arrow, as marks without an error do.
     """
     figure, rows = new_figure(7.0, 5.4, title), table(data)
     rows = rows[rows.error.notna() & rows.seconds.notna()]
-    proved = rows.solver == "certified"
-    parts = [part for part in (rows[~proved], rows[proved]) if len(part)]
-    ratios = [3, 1] if len(parts) == 2 else [1]
-    every = figure.subplots(len(parts), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
-    inks = dict(zip(rows.index, cycle(INKS), strict=False))
-    for axes, part in zip(every, parts, strict=True):
-        known = part.error_low[part.error_low > 0]
-        floor = known.min() / 10 if known.size else 1e-18
-        for name, row in part.iterrows():
-            errors = row.error_low, row.error, row.error_high
-            low, value, high = (max(error, floor) for error in errors)
-            axes.errorbar(
-                row.seconds, value, [[value - low], [high - value]],
-                [[row.seconds - row.fastest], [row.slowest - row.seconds]],
-                fmt=_MARKS.get(row.solver, "D"), color=inks[name], capsize=2,
-                label=f"{name}: {_wrong(row)}",
-            )  # fmt: skip
-        axes.set(xscale="log", yscale="log")
-        axes.margins(0.1, 0.2)
-    every[0].set_title(f"{data.sizes['seed']} seeds of {int(np.median(data.events))} events",
-                       fontsize=8)  # fmt: skip
-    every[0].set_ylabel(f"largest error of a position {LENGTH}\nbefore any method is wrong")
-    if proved.any():
-        every[-1].set_ylabel("proved")
-    every[-1].set_xlabel("processor time per half-cycle (s)")
+    known = rows.error_low[(rows.error_low > 0) & (rows.solver != "certified")]
+    floor, axes = known.min() / 10 if known.size else 1e-18, figure.subplots()
+    for (name, row), ink in zip(rows.iterrows(), cycle(INKS), strict=False):
+        value, high, below = max(row.error, floor), max(row.error_high, floor), row.error < floor
+        low = max(row.error_low, floor / 10 if below else floor)
+        proved = f", error {row.error:.0e} proved" * (row.solver == "certified")
+        axes.errorbar(
+            row.seconds, value, [[value - low], [high - value]],
+            [[row.seconds - row.fastest], [row.slowest - row.seconds]],
+            fmt=_MARKS.get(row.solver, "D"), color=ink, capsize=2,
+            uplims=below, label=f"{name}: {_wrong(row)}{proved}",
+        )  # fmt: skip
+    axes.set(xscale="log", yscale="log", xlabel="processor time per half-cycle (s)")
+    axes.set_ylabel(f"largest error of a position {LENGTH}\nbefore any method is wrong")
+    axes.margins(0.1, 0.2)
+    axes.set_title(f"{data.sizes['seed']} seeds of {int(np.median(data.events))} events",
+                   fontsize=8)  # fmt: skip
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 

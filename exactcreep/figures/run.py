@@ -44,8 +44,7 @@ _SLIDERS = tuple(ink for ink in INKS if ink not in (INKS[1], INKS[6]))
 """Colours of sliders; x_G is black, and the law has a colour of its own."""
 _MOST_EVENTS = 200_000  # most events that are computed again for them
 _MOST_STEPS = 20_000  # most rearrangements that are drawn as steps
-_NUMBERS_AT_ONCE = 1 << 20  # slips that are computed again before they are dropped
-_REPORTS = 200  # of progress, at least, in a long run
+_AT_ONCE = 100  # half-cycles that are computed again before their slips are dropped
 _INSTANTS = 400  # instants at which a rearrangement is drawn
 _WHOLE = partial(MaxNLocator, integer=True, min_n_ticks=1)  # whole numbers along an axis
 _ALONG = ("mu_d", "mu_s", "expansion")
@@ -146,8 +145,7 @@ def inside(
     last = min(max(half_cycle + window // 2, window), run.half_cycles)
     first, begun, before, start = max(last - window, 0) + 1, 0, 0, _start(run)
     simulation = experiment.simulation(record)
-    short = max(min(_NUMBERS_AT_ONCE // experiment.chain.n, last // _REPORTS), 1)
-    targets = sorted({*range(short, first, short), first - 1, last} - {0})
+    targets = sorted({*range(_AT_ONCE, first, _AT_ONCE), first - 1, last} - {0})
     say = reporter(progress)
     for target, seen in zip(targets, simulate(simulation, drive, targets, limits), strict=False):
         if seen.stop is Stop.DEADLINE:
@@ -244,7 +242,7 @@ def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1]) -> None:
     labels = [f"law: {law.law}{off}", *[""] * (len(law.values) - 1)]
     begin = min(run.burn_in, run.half_cycles - 1)
     time = np.array([begin, run.half_cycles])
-    height = _trajectory(run.recorded["x_G"], _start(run).mean())[1][begin]
+    height = np.insert(run.recorded["x_G"], 0, _start(run).mean())[begin]
     lines = height + np.outer(time - begin, law.values)
     axes.plot(time, lines, color=ink, linestyle=DASHED, linewidth=1, label=labels, zorder=4)
     wide = np.nan_to_num(law.deviation) * (time - begin)
@@ -262,9 +260,10 @@ def draw_one(axes: Axes, run: Creep) -> None:
     Where rearrangements are recorded, x_G changes in steps; where slips are, so do the sliders.
     """
     start, recorded = _start(run), run.recorded
-    ends: dict[int, Any] = {0: _trajectory(recorded["x_G"], start.mean())}
+    moved = {0: np.insert(recorded["x_G"], 0, start.mean())}
     if "x" in recorded and run.chain.n <= len(_SLIDERS):
-        ends |= {n + 1: _trajectory(x, start[n]) for n, x in enumerate(recorded["x"].T)}
+        moved |= {n + 1: np.insert(x, 0, start[n]) for n, x in enumerate(recorded["x"].T)}
+    ends = {n: (np.arange(x.size), x) for n, x in moved.items()}
     _draw_lines(axes, ends, _course(run, recorded, 1, run.half_cycles, start))
     _name_time(axes, run)
     axes.legend(loc="best")
@@ -291,11 +290,6 @@ def _name_time(axes: Axes, run: Creep) -> None:
 
 def _target(run: Creep) -> str:
     return "half-cycles" if run.drive.cyclic else "targets"
-
-
-def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any], NDArray[Any]]:
-    begin = np.full_like(values, start, shape=(1, *values.shape[1:]))
-    return np.arange(len(values) + 1), np.concatenate([begin, values])
 
 
 # --- with pyplot ---------------------------------------------------------------------------------

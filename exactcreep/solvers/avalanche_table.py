@@ -1,4 +1,4 @@
-"""Compute the tables of rearrangements and slips from the slips and rests that solvers log.
+"""Compute the tables of rearrangements and slips from the log of events that solvers keep.
 
 A slip has one direction. Friction dissipates ``mu_d cos(alpha)`` times its length, gravity and the
 end forces do work along its displacement, and the springs supply the difference. The elastic
@@ -8,7 +8,7 @@ rest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,35 +19,51 @@ from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.modes import frictions_of
 from exactcreep.solvers.tables import (
     EVENT_KINDS,
-    LENGTH,
+    EVENT_TABLE,
     REARRANGEMENT_TABLE,
     SLIP_TABLE,
-    Column,
+    Columns,
     EventRow,
-    SlipRow,
 )
 
 _STOP = EVENT_KINDS.index("stop")
-_OF_SLIPS = (
-    "duration", "slips", "first", "last", "largest_slip",
-    "displacement", "gravity", "end_forces", "dissipation",
-)  # fmt: skip
-REST_LOG = {
-    name: column for name, column in REARRANGEMENT_TABLE.fields.items() if name not in _OF_SLIPS
-} | {"moved": Column("float64", LENGTH, "sum of the displacements of all sliders")}
-"""What solvers log when a rearrangement ends; everything else follows from its slips."""
+LOGGED = ("moved", "coefficient", "way")
+"""Columns of a log beside those of `EventRow`: the displacement of the slider in the rearrangement,
+its last draw, and the direction of the ramp, 0 if there was none."""
 
 
-def ledger(
-    rests: Any, slips: Any, chain: Chain, arithmetic: Arithmetic = FLOAT64
+def slips_of(rows: Columns) -> dict[str, NDArray[Any]]:
+    """Return the slips of some whole rearrangements in order of stops, by fields of `SLIP_TABLE`.
+
+    `rows`: mapping or structured array of a log of events.
+    """
+    order = np.argsort(rows["slider"], kind="stable")  # starts and stops of a slider take turns
+    stops = np.flatnonzero(rows["kind"][order] == _STOP)
+    ends = np.sort(order[stops])
+    begins = order[stops - 1][np.argsort(order[stops])]
+    return {
+        "slider": rows["slider"][ends],
+        "rearrangement": rows["rearrangement"][ends],
+        "start": rows["time"][begins],
+        "stop": rows["time"][ends],
+        "displacement": rows["moved"][ends] - rows["moved"][begins],
+        "coefficient": rows["coefficient"][ends],
+    }
+
+
+def rearrangements_of(
+    rows: Columns,
+    about: Mapping[str, NDArray[Any]],
+    chain: Chain,
+    arithmetic: Arithmetic = FLOAT64,
 ) -> dict[str, NDArray[Any]]:
     """Return the table of finished rearrangements, by its fields.
 
-    `rests`: mapping or structured array of `REST_LOG`, a row for each rearrangement; `slips`: of
-    the fields of `SLIP_TABLE`, a row for each slip in order of stops, at least one for each
-    rearrangement; `arithmetic`: the numbers of the solver.
+    `rows`: mapping or structured array of their log of events; `about`: the columns that do not
+    follow from events; `arithmetic`: the numbers of the solver.
     """
-    slider, length = slips["slider"].copy(), np.abs(slips["displacement"])
+    slips = slips_of(rows)
+    slider, length = slips["slider"], np.abs(slips["displacement"])
     which = slips["rearrangement"] - slips["rearrangement"][:1]
     counts = np.bincount(which)
     ends = np.cumsum(counts)
@@ -59,25 +75,35 @@ def ledger(
         np.add.at(total, which, lengths)  # in the order of the slips: `reduceat` would add in pairs
         return total
 
-    weight = arithmetic.times_cosine(chain, chain.tan_alpha)
+    moved = summed(slips["displacement"])
     if "friction" in chain.unlike:
         dissipation = summed(frictions_of(arithmetic, chain)[slider - 1] * length)
     else:
         dissipation = np.multiply(arithmetic.times_cosine(chain, chain.mu_d), summed(length))
     end_forces = 0 * length[begins]
     for end in {0, chain.n - 1} if "end_forces" in chain.unlike else ():
-        moved = summed(np.where(slider == end + 1, slips["displacement"], 0))
-        end_forces = end_forces + arithmetic.number(chain.pull(end)) * moved
-    return {name: rests[name] for name in REST_LOG} | {
+        own = summed(np.where(slider == end + 1, slips["displacement"], 0))
+        end_forces = end_forces + arithmetic.number(chain.pull(end)) * own
+    first = np.flatnonzero(np.diff(rows["rearrangement"], prepend=-1))
+    leads = rows["number"] == 0
+    return {
+        **{name: rows[name][first] for name in ("half_cycle", "theta")},
+        "direction": rows["way"][first],
+        "began": np.add.reduceat(leads.astype(int), first),
+        "began_first": np.minimum.reduceat(np.where(leads, rows["slider"], chain.n), first),
+        "began_last": np.maximum.reduceat(np.where(leads, rows["slider"], 0), first),
         "duration": slips["stop"][ends - 1],
+        "events": np.maximum.reduceat(rows["number"], first) + 1,
         "slips": counts,
+        "sliders": np.bincount(np.unique(which * chain.n + slider - 1) // chain.n),
         "first": np.minimum.reduceat(slider, begins),
         "last": np.maximum.reduceat(slider, begins),
+        "displacement": moved / chain.n,
         "largest_slip": larger.reduceat(length, begins),
-        "displacement": rests["moved"] / chain.n,
-        "gravity": np.multiply(weight, rests["moved"]),
+        "gravity": np.multiply(arithmetic.times_cosine(chain, chain.tan_alpha), moved),
         "end_forces": end_forces,
         "dissipation": dissipation,
+        **about,
     }
 
 
@@ -92,84 +118,54 @@ class AvalancheLog:
     ) -> None:
         self.chain, self.arithmetic = chain, arithmetic
         self.wanted = {"rearrangements", "slip_table"}.intersection(record)
-        self._rows: list[EventRow] = []  # of the present rearrangement
-        self._own: list[SlipRow] = []  # its slips
-        self._starts: dict[int, tuple[Any, Any]] = {}  # time and place of moving sliders
-        self.forget()
+        self._rows: list[tuple[Any, ...]] = []  # of the rearrangements since `forget`
+        self._ended = self._told = 0  # rows of finished rearrangements; slips told before
+        self._elastic: Any = 0  # energy at theta_c
+        self._about: list[dict[str, Any]] = []  # of finished rearrangements
 
     def forget(self) -> None:
-        """Begin new tables."""
-        self._slips: list[SlipRow] = []
-        self._ended: list[SlipRow] = []  # of rearrangements with a rest
-        self._rests: list[dict[str, Any]] = []
+        """Begin new tables; rows of the present rearrangement are kept."""
+        del self._rows[: self._ended]
+        self._told = sum(row[EventRow._fields.index("kind")] == _STOP for row in self._rows)
+        self._ended, self._about = 0, []
 
-    def take(
-        self,
-        row: EventRow,
-        tensions: Callable[[], NDArray[Any]],
-        moved: Any,
-        coefficient: Any,
-        way: int,
-    ) -> None:
-        """Process a slider's row of the log of events.
+    def _energy(self, tensions: NDArray[Any]) -> Any:
+        return self.arithmetic.dot(tensions, tensions) / 2
 
-        `tensions`: returns those at theta_c; `moved`: its displacement in the rearrangement;
-        `coefficient`: its last draw; `way`: the direction of the ramp, 0 if there was none.
+    def take(self, row: EventRow, tensions: Callable[[], NDArray[Any]], *logged: Any) -> None:
+        """Process a slider's row of the log of events, with the columns `LOGGED`.
+
+        `tensions`: returns the tensions at theta_c.
         """
-        if not self.wanted:
-            return
-        if not self._rows:
-            self._way, self._tensions = way, tensions()
-            self._moved = self.arithmetic.zeros(self.chain.n)
-        self._rows.append(row)
-        slider = int(row.slider)
-        if row.kind != _STOP:
-            self._starts[slider] = row.time, moved
-            return
-        start, place = self._starts.pop(slider)
-        self._moved[slider - 1] = moved
-        about = slider, row.rearrangement, start, row.time, moved - place, float(coefficient)
-        self._own.append(SlipRow(*about))
-        self._slips.append(self._own[-1])
+        if self.wanted:
+            if len(self._rows) == self._ended:
+                self._elastic = self._energy(tensions())
+            self._rows.append((*row, *logged))
 
-    def rest(self, undecided: int) -> None:
-        """Log a rest, if anything has moved, with its number of undecided comparisons."""
-        if not self._rows:
-            return
-        arithmetic, tensions, moved = self.arithmetic, self._tensions, self._moved
-        began = [row.slider for row in self._rows if row.number == 0]
-        before, change = arithmetic.dot(tensions, tensions) / 2, np.diff(moved)
-        gain = arithmetic.dot(change, tensions) + arithmetic.dot(change, change) / 2
-        rest = {
-            "half_cycle": self._rows[0].half_cycle,
-            "theta": self._rows[0].theta,
-            "direction": self._way,
-            "began": len(began),
-            "began_first": min(began),
-            "began_last": max(began),
-            "events": self._rows[-1].number + 1,
-            "sliders": len({slip.slider for slip in self._own}),
-            "moved": moved.sum(),
-            "elastic_before": before,
-            "elastic_after": before + gain,
-            "undecided": undecided,
-        }
-        self._rests.append(rest)
-        self._ended += self._own
-        self._rows, self._own = [], []
+    def rest(self, tensions: Callable[[], NDArray[Any]], undecided: int) -> None:
+        """Log a rest, if anything has moved, with its tensions and undecided comparisons."""
+        if len(self._rows) > self._ended:
+            self._ended = len(self._rows)
+            energies = {"elastic_before": self._elastic, "elastic_after": self._energy(tensions())}
+            self._about.append(energies | {"undecided": undecided})
 
     def tables(self) -> dict[str, list[Any]]:
         """Return the rows of the recorded tables since the last call of `forget`."""
-        made: dict[str, list[Any]] = {"slip_table": self._slips}
-        if "rearrangements" in self.wanted:
-            made["rearrangements"] = self._rearrangements()
-        return {name: made[name] for name in self.wanted}
-
-    def _rearrangements(self) -> list[tuple[Any, ...]]:
-        if not self._rests:
-            return []
-        rests = {name: of.array([at[name] for at in self._rests]) for name, of in REST_LOG.items()}
-        fields = zip(SLIP_TABLE.fields.items(), zip(*self._ended, strict=True), strict=True)
-        slips = {name: column.array(values) for (name, column), values in fields}
-        table = ledger(rests, slips, self.chain, self.arithmetic)
-        return list(zip(*(table[name] for name in REARRANGEMENT_TABLE.fields), strict=True))
+        made: dict[str, list[Any]] = {name: [] for name in self.wanted}
+        if not self._rows:
+            return made
+        names = *EventRow._fields, *LOGGED
+        values = dict(zip(names, zip(*self._rows, strict=True), strict=True))
+        rows = {name: column.array(values[name]) for name, column in EVENT_TABLE.fields.items()}
+        rows |= {name: np.array(values[name]) for name in LOGGED}
+        if "slip_table" in self.wanted:
+            slips = slips_of(rows)
+            columns = [slips[name][self._told :] for name in SLIP_TABLE.fields]
+            made["slip_table"] = [*zip(*columns, strict=True)]
+        if "rearrangements" in self.wanted and self._ended:
+            ended = {name: column[: self._ended] for name, column in rows.items()}
+            about = {name: np.array([one[name] for one in self._about]) for name in self._about[0]}
+            table = rearrangements_of(ended, about, self.chain, self.arithmetic)
+            columns = [table[name] for name in REARRANGEMENT_TABLE.fields]
+            made["rearrangements"] = [*zip(*columns, strict=True)]
+        return made

@@ -166,11 +166,6 @@ class Rearrangement(Result):
         return math.nan
 
     @property
-    def doubt(self) -> str:
-        """Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else ""."""
-        return ""
-
-    @property
     def itinerary(self) -> Itinerary:
         """The sequence of events without their times."""
         return tuple(event.signature for event in self.events)

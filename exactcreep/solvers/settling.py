@@ -14,6 +14,8 @@ event, which ends all motion, and for the time since an inner slider last slippe
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -57,6 +59,8 @@ class SettlingSearch:
     seed : int
     dormant : int
         Cycles without a slip of an inner slider after which the chain is called dormant.
+    say : callable, optional
+        Hears that the compiler works.
 
     Attributes
     ----------
@@ -77,9 +81,10 @@ class SettlingSearch:
     """
 
     def __init__(
-        self, chain: Chain, drive: Cycles, start: State, seed: int = 0, dormant: int = 2**62
-    ) -> None:
-        compile_for(Exact(), chain, _RECORD)
+        self, chain: Chain, drive: Cycles, start: State, seed: int = 0, dormant: int = 2**62,
+        *, say: Callable[..., None] | None = None,
+    ) -> None:  # fmt: skip
+        compile_for(Exact(), chain, _RECORD, say and partial(say, "compiling", 0))
         self.simulation, self.drive = ExactSimulation(chain, start, seed, _RECORD), drive
         self.settled: LimitCycle | None = None
         self.cycles = self.advanced_until = self.furthest = self.heading = 0

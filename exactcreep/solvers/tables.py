@@ -23,6 +23,8 @@ FORCE = "m g"
 TIME = "tau_dyn"
 ENERGY = "m g^2 tau_dyn^2"
 NUMBER = "1"
+Columns = Mapping[str, NDArray[Any]] | NDArray[Any]
+"""The columns of a table by their names, in a mapping or a structured array."""
 _KINDS = (EventKind.START, EventKind.STOP)  # as the column of kinds numbers them
 EVENT_KINDS = tuple(kind.value for kind in _KINDS)
 """Meanings of the numbers in the column of kinds."""

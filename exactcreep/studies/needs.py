@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from exactcreep.laws import pivots, prediction
+from exactcreep.laws import prediction
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.experiment import Experiment
 
 FLOAT_DIGITS = 15
 """Significant digits that float64 holds."""
-_SWINGS = 10_000  # targets whose mean distance is the swing of theta
-_MANY_SLIPS = 100  # least slips of an end in a swing; then slips shift the threshold by under 1 %
-_NEXT_PIVOT = 0.025  # most change of the descent by one pivot, relative
 
 
 def needs(experiment: Experiment) -> dict[str, str]:
@@ -31,9 +26,6 @@ def needs(experiment: Experiment) -> dict[str, str]:
         inertia, why = False, "a law tells the mean velocity without following any slip"
     elif chain.slides:
         inertia, why = False, "mu_s = mu_d without disorder: there are no slips, take sliding"
-    elif _continuous(experiment):
-        inertia, why = False, "so many slips in each swing that sliding gives the mean descent to"
-        why += f" {100 * _NEXT_PIVOT:g} % (measured on 10 to 80 contacts, not proved)"
     sigma, many = nearest_float(chain.sigma_mu), digits > FLOAT_DIGITS
     drawn = f"sigma_mu = {sigma:.3g}, a coefficient is drawn at every stop"
     asked = f"{digits} are asked for, float64 holds {FLOAT_DIGITS}"
@@ -53,16 +45,3 @@ def needs(experiment: Experiment) -> dict[str, str]:
         answer = "is the answer" if answered else "to compare with"
         lines["law"] = f"{answer}: {values}{off} per {drive.per} ({found.law})"
     return lines
-
-
-def _continuous(experiment: Experiment) -> bool:
-    """Return whether slips are many, and the next pivot changes the descent by little."""
-    chain, drive = experiment.chain, experiment.drive
-    if chain.unlike or drive.springs or not 0 < (slope := abs(chain.tan_alpha)) < chain.mu_d:
-        return False
-    targets = drive.targets(1, min(drive.target_count, _SWINGS), experiment.seed)
-    swing = np.abs(np.diff(targets, prepend=experiment.theta)).mean() / 2
-    taken = chain.n * float(chain.mu_d - slope) * chain.cos_alpha / 2
-    many = float(chain.l0) * swing - taken >= _MANY_SLIPS * 2 * chain.excess
-    gear = chain.n + 3 - 2 * max(pivots(chain.n, slope, chain.mu_d))
-    return bool(many and _NEXT_PIVOT * gear >= 2)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+import signal
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -202,6 +204,28 @@ def test_a_compiler_that_is_switched_off_costs_a_sentence() -> None:
     assert told.returncode == 2
     assert told.stderr.startswith("exactcreep: NUMBA_DISABLE_JIT must not be set: ")
     assert told.stderr.count("\n") == 1
+
+
+# --- stopped -------------------------------------------------------------------------------------
+
+IMPORTING = """
+import os, signal, sys
+class Press:
+    def find_spec(self, name, path=None, target=None):
+        if name == "cyclopts":
+            os.kill(os.getpid(), int(sys.argv[1]))
+sys.meta_path.insert(0, Press())
+from exactcreep.__main__ import main
+main()
+"""
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_the_program_is_imported_ends_in_a_sentence(number: int) -> None:
+    done = finished(sys.executable, "-c", IMPORTING, str(int(number)))
+    sentence = "exactcreep: interrupted\n"
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", sentence)
 
 
 # --- how a line is read ---------------------------------------------------------------------------

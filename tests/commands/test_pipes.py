@@ -10,8 +10,8 @@ import pytest
 from tests.processes import PATIENCE, PROGRAM, begun, finished
 
 STARTS = 'vary.run.start=["relaxed", {size=1e-6, seed=1}]'
-RUN = ("run", "two-sliders-cycles", "--set", "drive.cycles=2", "--set", STARTS,
-       "--set", "vary.chain.tan_alpha=[0.1, 0.2]")  # fmt: skip
+RUN = ("run", "two-sliders-cycles", "--set", "drive.cycles=2", "--set",
+       "vary.chain.tan_alpha=[0.1, 0.2]", "--set", STARTS)  # fmt: skip
 FEW_EVENTS = ("run", "two-sliders-cycles", "--max-events", "50")
 
 

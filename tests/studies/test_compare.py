@@ -26,9 +26,7 @@ from exactcreep import (
     Targets,
     compare,
     creep,
-    load_scene,
 )
-from exactcreep.scene import Scene
 from exactcreep.studies import compare as studied
 from exactcreep.studies.compare import Track, agreement, label, ladder, track
 from exactcreep.studies.comparison import sentence, table, unresolved
@@ -169,36 +167,24 @@ def test_seconds_are_processor_times_of_runs_that_take_turns_and_not_of_their_st
     assert found.seconds.values[1] == pytest.approx([3.0 / found.events.item() * events] * 5)
 
 
-def known_rows(**changed: Any) -> xr.Dataset:
-    """Return a dataset of four seeds with known numbers."""
-    both = ("method", "seed")
-    values: dict[str, Any] = {
-        "agreed": (both, [[10.0, 20, 30, 40]]),
-        "differs": (both, [[True, True, False, True]]),
-        "error": (both, [[3.0, 2, 5, 4]]),
-        "shared_error": (both, [[3.0, 2, 5, 4]]),
-        "seconds": (("method", "repetition"), [[1.0, 9, 2]]),
-        "bias": ("method", [0.05]),
-        "bias_error": ("method", [0.049]),
-        "events": ("seed", [40] * 4),
-        "half_cycles": ("seed", [7] * 4),
-    }
-    coords = {"method": ["one"], "solver": ("method", ["verlet"])}
-    return xr.Dataset(values | changed, coords)
-
-
-def test_medians_and_ranges_of_known_numbers() -> None:
-    (row,) = table(known_rows()).itertuples()
-    assert (row.parted, row.agreed) == (3, 20)
-    assert (row.error_low, row.error, row.error_high) == (2, 3.5, 5)
-    assert (row.fastest, row.seconds, row.slowest) == (1, 2, 9)
-    assert (row.bias, row.bias_error) == (0.05, 0.049)
+def test_the_table_has_medians_and_ranges() -> None:
+    for name, row in table(data()).iterrows():
+        own = data().sel({"method": name})
+        seconds, errors = sorted(own.seconds.values), sorted(own.shared_error.values)
+        assert [row.fastest, row.seconds, row.slowest] == [seconds[k] for k in (0, 2, 4)]
+        middle = (errors[1] + errors[2]) / 2
+        assert [row.error_low, row.error, row.error_high] == [errors[0], middle, errors[3]]
+        lives = own.agreed.where(own.differs | own.agreed.isnull(), math.inf)
+        assert row.parted == own.differs.sum()
+        assert np.array_equal(row.agreed, sorted(lives.values)[1], equal_nan=True)
 
 
 def test_a_bias_is_told_only_where_its_interval_is_below_ten_percent() -> None:
-    wide = known_rows(bias_error=("method", [0.051]))
-    assert math.isnan(table(wide).bias["one"])
-    assert unresolved(wide) == "not resolved by 28 half-cycles"
+    known = data().assign(bias=("method", [0.05] * 5), bias_error=("method", [0.049] * 5))
+    wide = known.assign(bias_error=("method", [0.051] * 5))
+    assert table(known).bias.tolist() == [0.05] * 5
+    assert table(wide).bias.isna().all()
+    assert unresolved(wide) == "not resolved by 96 half-cycles"
     assert sentence(wide).endswith("within 1 % the bias of none is known to be so small.")
 
 
@@ -245,18 +231,6 @@ def test_a_scene_needs_what_no_law_answers(
     assert needs(given).get("law", "").startswith(law)
     recorded = replace(given, record=("x",), solver="certified", options={"digits": 16})
     assert {"digits", "trajectories"} <= {*needed(recorded)}
-
-
-def test_the_descent_of_a_solid_over_many_slips_needs_no_inertia() -> None:
-    roof = dict(load_scene("bristol-roof").tables["physical"])
-    roof |= {"mu_d": "0.5", "mu_s": "0.577", "sigma_mu": "0.01"}
-    daily = {"kind": "cycles", "temperature_amplitude": "3.5", "cycles": 2}
-    about = {"physical": roof, "drive": daily, "run": {"record": ["x_G"]}}
-    (member,) = Scene.from_mapping(about).members()
-    given = member.experiment
-    assert "many slips" in needs(given)["inertia"]
-    few = replace(given, chain=replace(given.chain, n=20))
-    assert needs(few)["inertia"].startswith("needed")
 
 
 def test_the_command_draws_what_it_writes(command: Command, drawn: list[Figure]) -> None:

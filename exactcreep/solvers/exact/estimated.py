@@ -42,17 +42,18 @@ class Estimated(Rearrangement):
     @cached_property  # type: ignore[misc] # a field that is made on demand
     def initial(self) -> State:
         """The state at theta_c."""
-        before, work = self._origin.state, placed(self.chain, self._origin, self.seed, 0)
+        before, work = self._origin.state, placed(self.chain, self._origin, self.seed, False)
         work.now["theta"], work.now["theta_low"] = self._load
         theta = dilation(self.chain, self._load) if len(self._log) else before.theta
         return replace(before, tensions=self._origin.read(work)[0], theta=theta)
 
     @cached_property
-    def _amplified(self) -> tuple[float, int]:
+    def error(self) -> float:
+        """The estimate of the largest error; see `Rearrangement`."""
         if self.undecided:
-            return math.inf, -1
+            return math.inf
         contacts = Contacts(self.chain, self.seed)
-        return amplified_error(self.chain, self.initial, self.events, contacts)
+        return amplified_error(self.chain, self.initial, self.events, contacts)[0]
 
     @cached_property
     def promised(self) -> float:
@@ -69,28 +70,6 @@ class Estimated(Rearrangement):
         return TENSION_TOLERANCE * max(forces)
 
     @property
-    def error(self) -> float:
-        """The estimate of the largest error; see `Rearrangement`."""
-        return self._amplified[0]
-
-    @property
     def evidence(self) -> Evidence:
         """Undecided if a comparison is, or if the error may exceed the promise."""
         return self.decided if self.error <= self.promised else Evidence.UNDECIDED
-
-    @property
-    def doubt(self) -> str:
-        """Why `error` breaks the promise, if it does."""
-        error, number = self._amplified
-        if error <= self.promised:
-            return ""
-        if math.isfinite(error):
-            return f"rounding may have grown to {error:.2g}, beyond {self.promised:g}"
-        if count := self.undecided:
-            which = "1 comparison lies" if count == 1 else f"{count} comparisons lie"
-            which += " within the rounding bound"
-        else:
-            event = self.events[number]
-            sliders = ", ".join(map(str, event.sliders))
-            which = f"at event {number + 1}, the {event.kind.value} of slider {sliders}"
-        return f"rounding may have changed the order of events: {which}"

@@ -4,7 +4,7 @@ The loop works on arrays that Python owns: `cell` and `whole` (one column for ea
 `deviate` (one row for each slider: the batch that holds its next draw), `clock` (`CLOCKS` rows of
 eight lanes for each strip of eight sliders, see `local_clocks`; None in short chains), `series`
 (`SERIES` rows for each strip of the moving window; None until two sliders move together, which
-saves compiling most of the code), `now` (one `NOW`) and `log` (recorded data).
+saves compiling most of the code), `now` (one `NOW`) and `log` (rows of `LOGGED_EVENT`).
 
 The rows of a slider's column:
 
@@ -38,12 +38,8 @@ The rows of a slider's column:
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
-from exactcreep.solvers.avalanche_table import REST_LOG
 from exactcreep.solvers.tables import EVENT_TABLE
 
 ORDERS = 24
@@ -144,7 +140,7 @@ CHAIN = np.dtype(
         ("driven", np.int64),  # sliders whose force depends on theta; see DRIVEN
         ("downhill", np.int64),  # the direction in which the chain can run away, 0 if it cannot
         ("longest", np.int64),  # events of an avalanche, or steps without one, before giving up
-        ("logging", np.int64),  # what `log` stores: a sum of LOGS_...
+        ("logging", np.int64),  # whether `log` stores events
     ]
 )
 """Constants: the chain, its disorder, and what is recorded."""
@@ -182,6 +178,8 @@ NOW = np.dtype(
         ("total", np.float64),  # sum of all displacements
         ("total_low", np.float64),
         ("time", np.float64),  # since the start of the rearrangement
+        ("way", np.float64),  # of the last ramp, 0: none
+        ("elastic", np.float64),  # energy at theta_c, if it is logged
         ("size", np.float64),  # of the largest force or displacement rounded since
         ("inherited", np.float64),  # bound of these rounding errors
         ("stage", np.int64),
@@ -196,58 +194,25 @@ NOW = np.dtype(
     ]
 )
 """The loop's scalars: three structures of their own, and where the chain stands."""
-LOGGED_REST = np.dtype([(name, column.dtype) for name, column in REST_LOG.items()], align=True)
-"""A row for each rearrangement, with l0 theta for theta."""
-LOGGED_EVENT = np.dtype([*EVENT_TABLE.dtype, ("theta_low", np.float64)])
-"""A row for each slider of an event, with l0 theta for theta."""
-UNDER_WAY = np.dtype(
+LOGGED_EVENT = np.dtype(
     [
-        ("left_for", np.float64),  # rearrangements until the elastic energy is summed anew
-        ("elastic", np.float64),  # energy at the last start or rest
-        ("tensions", np.float64),  # their sum, at the same time
-        ("at_load", np.float64),  # l0 theta then
-        ("at_load_low", np.float64),
-        ("way", np.float64),  # of the ramp
-        ("undecided_before", np.float64),  # up to the end of the previous rearrangement
-        ("began", np.float64),  # sliders that started first, together
-        ("began_first", np.float64),
-        ("began_last", np.float64),
-        ("sliders", np.float64),  # different sliders that have slipped
+        *EVENT_TABLE.dtype,
+        ("theta_low", np.float64),
+        ("moved", np.float64),
+        ("coefficient", np.float64),
+        ("way", np.float64),
+        ("elastic", np.float64),  # energy at theta_c, or at rest
+        ("undecided", np.int64),  # comparisons so far
     ]
 )
-"""The elastic energy at rest, and facts of the present rearrangement that slips do not contain."""
-
-
-class Tables(NamedTuple):
-    """The log of slips and rests, from which `avalanche_table.ledger` makes tables."""
-
-    rests: NDArray[Any]  # of LOGGED_REST, with l0 theta for theta
-    slips: NDArray[Any]  # rows of SLIP_TABLE
-    used: NDArray[np.int64]  # rows of these two in use
-    track: NDArray[np.float64]  # a column for each slider: where its present slip began
-    sums: NDArray[Any]  # one UNDER_WAY
-
-
-class Log(NamedTuple):
-    """What the loop records; a table without room is not written."""
-
-    events: NDArray[Any]  # of LOGGED_EVENT: one for each slider of an event
-    tables: Tables
-
-
-LOGS_EVENTS, LOGS_AVALANCHES = 1, 2
-
-# rows of `Tables.track`
-T_TIME, T_X = range(2)  # when and where
-T_SLIPPED = 2  # number of the last rearrangement in which it slipped, from 1
-TRACKS = 3
+"""A row for each slider of an event, and for each rest, with l0 theta for theta."""
 
 # stages
 AT_REST, LONE, CLUSTER, UNSTABLE = range(4)
 # why the loop returned
 DONE, BUDGET, RUNAWAY, LOG_FULL, ONE_DONE, ENDLESS = range(6)
 # kinds of events
-START, STOP = range(2)
+START, STOP, REST_ROW = range(3)
 
 
 def columns(n: int) -> int:

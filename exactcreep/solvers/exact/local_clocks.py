@@ -35,7 +35,7 @@ import math
 from exactcreep.compiling import apart, compiled, inlined
 from exactcreep.solvers.exact import layout, margins
 from exactcreep.solvers.exact.layout import CLOCKS, EPOCH, KNOWN, NEVER, SERIES, ULP
-from exactcreep.solvers.exact.margins import falls, is_clear
+from exactcreep.solvers.exact.margins import ends_first, falls, is_clear
 from exactcreep.solvers.exact.simd import (
     choose,
     element,
@@ -353,10 +353,8 @@ def _look(cell, clock, now, i):
             curve = margins.curved(clock, row, lane, bend, b)
             plain = abs(off) <= bound + 2.0 * ULP * steep and steep * _GAP > 8.0 * bound
             plain = plain and falls(-steep, bound, curve)
-            room = limit - outward * at_a
-            plain = plain and (fresh or room > bound)
-            plain = plain and is_clear(
-                room, -outward * slope_a, 0.0, -steep, bend, b, bound, fresh, True
+            plain = plain and ends_first(
+                at_a, slope_a, limit, outward, slope_b, bend, b, bound, fresh
             )
             if plain and side == 0.0:
                 plain = is_clear(

@@ -44,8 +44,8 @@ STRIP_WORK = 12
 
 
 @apart
-def _write(now, events, kind, i, sign):
-    row = events[now.logged]
+def _write(cell, now, log, kind, i, sign):
+    row = log[now.logged]
     row.half_cycle = now.counts.target
     row.rearrangement = now.counts.rearrangements - 1
     row.number = now.number
@@ -55,7 +55,28 @@ def _write(now, events, kind, i, sign):
     row.slider = i + 1 - PAD
     row.sign = sign
     row.theta_low = now.theta_low
+    row.moved = cell[layout.X, i]
+    row.coefficient = cell[layout.MEAN if now.chain.constant == 1 else layout.COEFFICIENT, i]
+    row.way = now.way
+    row.elastic = now.elastic
+    row.undecided = now.counts.undecided
     now.logged += 1
+
+
+@apart
+def _find_elastic(cell, now):
+    """Find the elastic energy at rest, from the forces."""
+    energy = 0.0
+    even = now.chain.even == 1
+    high, low = (-now.theta, -now.theta_low) if even else (0.0, 0.0)
+    for i in range(PAD, PAD + now.chain.n - 1):
+        if not even:
+            by, by_low = rows.of_theta(cell, now, i)
+            high, low = plus(high, low + by_low, by)
+        high, low = plus(high, low + cell[layout.FORCE_LOW, i], cell[layout.FORCE, i])
+        high, low = plus(high, low, -cell[layout.WEIGHT, i])
+        energy += 0.5 * high * high
+    now.elastic = energy
 
 
 @inlined
@@ -93,16 +114,11 @@ def _start(cell, now, log, i, sign, drive):
     now.touched_first = min(now.touched_first, i)
     now.touched_last = max(now.touched_last, i)
     if now.chain.logging != 0:
-        if now.chain.logging & layout.LOGS_AVALANCHES != 0:
-            rows.start(cell, now, log.tables, i)
-        if now.chain.logging & layout.LOGS_EVENTS != 0:
-            _write(now, log.events, layout.START, i, sign)
+        _write(cell, now, log, layout.START, i, sign)
 
 
 @inlined
-def _freeze(cell, whole, now, log, i):
-    if now.chain.logging & layout.LOGS_EVENTS != 0:
-        _write(now, log.events, layout.STOP, i, cell[layout.SIDE, i])
+def _freeze(cell, whole, now, i):
     cell[layout.SIDE, i] = 0.0
     cell[layout.SPEED, i] = 0.0
     cell[layout.FRESH, i] = 0.0
@@ -113,14 +129,15 @@ def _freeze(cell, whole, now, log, i):
 
 
 @inlined
-def _renew(cell, whole, deviate, now, log, i):
+def _renew(cell, whole, deviate, now, log, i, sign):
     draw(cell, whole, deviate, now, i)
-    if now.chain.logging & layout.LOGS_AVALANCHES != 0:
-        rows.stop(cell, now, log.tables, i)
+    if now.chain.logging != 0:
+        _write(cell, now, log, layout.STOP, i, sign)
 
 
 @inlined
-def _begin(cell, now, log, way):
+def _begin(cell, now, way):
+    now.way = way
     now.counts.rearrangements += 1
     now.number = 0
     now.first = now.touched_first = cell.shape[1]
@@ -128,15 +145,13 @@ def _begin(cell, now, log, way):
     now.time = 0.0
     now.size = now.inherited = 0.0
     now.epoch.retry = 0
-    if now.chain.logging & layout.LOGS_AVALANCHES != 0:
-        rows.begin(cell, now, log.tables, way)
+    if now.chain.logging != 0:
+        _find_elastic(cell, now)
 
 
 @inlined
 def _settle(cell, now, log):
     """Turn the displacements of the rearrangement into forces at rest."""
-    if now.chain.logging & layout.LOGS_AVALANCHES != 0:
-        rows.end(cell, now, log.tables)
     first = now.touched_first
     last = now.touched_last
     for i in range(max(first - 1, PAD), min(last + 2, PAD + now.chain.n)):
@@ -153,6 +168,9 @@ def _settle(cell, now, log):
             now.total, now.total_low = plus(now.total, now.total_low, moved)
             cell[layout.X, i] = 0.0
     now.stage = layout.AT_REST
+    if now.chain.logging != 0:
+        _find_elastic(cell, now)
+        _write(cell, now, log, layout.REST_ROW, PAD, 0.0)
 
 
 @inlined
@@ -194,7 +212,7 @@ def _ramp(cell, whole, now, log, target, target_low):
     now.counts.undecided += close
     if starts == 0:
         return False
-    _begin(cell, now, log, up)
+    _begin(cell, now, up)
     _place_at_theta(cell, whole, now)
     for k in range(starts):
         i = whole[layout.EVENT, k]
@@ -218,7 +236,7 @@ def _unstable(cell, whole, now, log):
         sign, close = _start_direction(pull, threshold, slack)
         if sign != 0:
             if not began:
-                _begin(cell, now, log, 0.0)
+                _begin(cell, now, 0.0)
                 began = True
             _start(cell, now, log, i, float(sign), abs(pull) - cell[layout.FRICTION, i])
         elif close:
@@ -294,8 +312,8 @@ def _lone(cell, whole, deviate, now, log):
         pull = side * (friction - (drive if speed == 0.0 else swing))
         if stiff == 0.0:
             pull = cell[layout.REST, i]
-        _freeze(cell, whole, now, log, i)
-        _renew(cell, whole, deviate, now, log, i)
+        _freeze(cell, whole, now, i)
+        _renew(cell, whole, deviate, now, log, i, side)
         now.number += 1
         threshold, slack = _threshold(cell, now, i, pull, 0.0)
         turn, close = _reversal(pull, threshold, side, slack)
@@ -399,13 +417,15 @@ def _freeze_kth(k, cell, whole, deviate, now, log, blur, number):
     i = whole[layout.EVENT, k]
     whole[layout.STOPPED, k] = cell[layout.SIDE, i]
     if whole[layout.STOPPED, k] != 0:
-        _freeze(cell, whole, now, log, i)
+        _freeze(cell, whole, now, i)
 
 
 @inlined
 def _renew_kth(k, cell, whole, deviate, now, log, blur, number):
     if whole[layout.STOPPED, k] != 0:
-        _renew(cell, whole, deviate, now, log, whole[layout.EVENT, k])
+        now.number = number
+        sign = float(whole[layout.STOPPED, k])
+        _renew(cell, whole, deviate, now, log, whole[layout.EVENT, k], sign)
         now.number = number + 1
 
 
@@ -477,34 +497,30 @@ def prepare(cell, whole, deviate, scalars):
 
 @compiled
 def follow(
-    cell, whole, deviate, clock, series, scalars, log, theta, theta_low, targets, max_events,
-    max_work,
+    cell, whole, deviate, clock, series, scalars, log, theta, theta_low, targets, first,
+    max_events, max_work,
 ):  # fmt: skip
     """Take the chain along the targets; return why it returned, and how many it reached.
 
-    The targets are ``l0 theta`` as two floats. `targets` is filled at each target, see
-    `rows.AtTargets`. Returns soon after `max_events` further events, or after `max_work` (events
-    and the work of clusters), and if `single` is set after the first rearrangement. Also returns
-    `layout.BUDGET` when several sliders move and there are no `series`.
+    The targets are ``l0 theta`` as two floats. `targets` is filled at each target, from row `first`
+    on, see `rows.AtTargets`. Returns soon after `max_events` further events, or after `max_work`
+    (events and the work of clusters), and if `single` is set after the first rearrangement. Also
+    returns `layout.BUDGET` when several sliders move and there are no `series`.
     """
     align_stack()
     now = scalars[0]
     stop_at = now.counts.events + min(max_events, max_work)
     work_limit = now.counts.work + max_work
     reached = np.int64(0)
-    room = log.events.size - 2 * now.chain.n - 4
+    room = log.size - 2 * now.chain.n - 4
     while reached < theta.size:
         stage = now.stage
         if max(now.number, now.counts.calm) > now.chain.longest and stage != layout.AT_REST:
             return layout.ENDLESS, reached  # no further step, in later calls either
         if now.counts.events >= stop_at or now.counts.work >= work_limit:
             return layout.BUDGET, reached
-        if now.chain.logging != 0:
-            if now.chain.logging & layout.LOGS_EVENTS != 0 and now.logged > room:
-                return layout.LOG_FULL, reached
-            tables = now.chain.logging & layout.LOGS_AVALANCHES != 0
-            if tables and rows.room(log.tables) <= now.chain.n:
-                return layout.LOG_FULL, reached
+        if now.chain.logging != 0 and now.logged > room:
+            return layout.LOG_FULL, reached
         if stage == layout.AT_REST:
             if (
                 now.chain.logging == 0
@@ -516,7 +532,7 @@ def follow(
                 if now.counts.events >= stop_at:
                     continue
             if not _ramp(cell, whole, now, log, theta[reached], theta_low[reached]):
-                rows.at_target(cell, whole, now, targets, reached)
+                rows.at_target(cell, whole, now, targets, first + reached)
                 reached += 1
                 now.counts.target += 1
         elif stage == layout.LONE:

@@ -278,6 +278,16 @@ def falls(slope, bound, curve):
 
 
 @inlined
+def ends_first(at_0, slope_0, limit, outward, slope_1, bend, t, bound, fresh):
+    """Return whether a margin stays in its range until t, where it is at the end `limit`."""
+    room = limit - outward * at_0
+    inside = fresh or room > bound
+    return inside and is_clear(
+        room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, bound, fresh, True
+    )
+
+
+@inlined
 def blur(slope, bound):
     """Return the uncertainty of the time of an event whose margin `falls`."""
     return 3.0 * bound / abs(slope)

@@ -21,14 +21,13 @@ from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, rows
 from exactcreep.solvers.exact.double_double import split, two_product, two_sum
 from exactcreep.solvers.exact.draws import KEPT, excess_of
-from exactcreep.solvers.exact.layout import CLOCKS, LADDER, NEVER, PAD, SERIES, Log, Tables
+from exactcreep.solvers.exact.layout import CLOCKS, LADDER, NEVER, PAD, SERIES
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
 from exactcreep.solvers.interface import longest_avalanche, require
-from exactcreep.solvers.tables import SLIP_TABLE
 
 _ROWS = 4099
-"""Least rows of the tables between two calls of the loop; not a multiple of a cache's ways."""
+"""Least rows of the log between two calls of the loop; not a multiple of a cache's ways."""
 _ALONE = 2
 """Chains up to this length begin without `series`: most of their slips are of one slider."""
 _NAIL = 16.0
@@ -46,7 +45,7 @@ class Workspace(NamedTuple):
     clock: NDArray[np.float64] | None
     series: NDArray[np.float64] | None
     now: NDArray[Any]
-    log: Log
+    log: NDArray[Any]
 
 
 class Origin(NamedTuple):
@@ -187,9 +186,9 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
 
 
 def placed(
-    chain: Chain, origin: Origin, seed: int, logging: int, used: Workspace | None = None
+    chain: Chain, origin: Origin, seed: int, logging: bool, used: Workspace | None = None
 ) -> Workspace:
-    """Return the arrays of a simulation that begins at rest; `logging` is a sum of LOGS_...
+    """Return the arrays of a simulation that begins at rest; `logging`: whether it logs events.
 
     It reuses the arrays `used`, if given, of a chain of the same length and logging.
     """
@@ -205,7 +204,7 @@ def placed(
     return work
 
 
-def _room(n: int, logging: int) -> Workspace:
+def _room(n: int, logging: bool) -> Workspace:
     m = layout.columns(n)
     cell, deviate = _aligned((layout.CELLS, m), (m, KEPT))
     return Workspace(
@@ -215,22 +214,8 @@ def _room(n: int, logging: int) -> Workspace:
         clock=_clock(n) if n > layout.LONGEST_SHORT else None,
         series=series_of(n) if n > _ALONE else None,
         now=np.empty(1, dtype=layout.NOW),
-        log=_log(n, m, logging),
+        log=np.empty((4 * n + _ROWS) * logging, dtype=layout.LOGGED_EVENT),
     )
-
-
-def _log(n: int, m: int, logging: int) -> Log:
-    most = 4 * n + _ROWS if logging & layout.LOGS_EVENTS else 0
-    events = np.empty(most, dtype=layout.LOGGED_EVENT)
-    most = 2 * n + _ROWS if logging & layout.LOGS_AVALANCHES else 0
-    tables = Tables(
-        rests=np.empty(most, dtype=layout.LOGGED_REST),
-        slips=np.empty(most, dtype=SLIP_TABLE.dtype),
-        used=np.zeros(2, dtype=np.int64),
-        track=np.zeros((layout.TRACKS, m)),
-        sums=np.zeros(1, dtype=layout.UNDER_WAY),
-    )
-    return Log(events, tables)
 
 
 def roomier(work: Workspace) -> Workspace:

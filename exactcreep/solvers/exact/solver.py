@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -19,7 +18,7 @@ from exactcreep.model.targets import Targets
 from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
-from exactcreep.solvers.avalanche_table import ledger
+from exactcreep.solvers.avalanche_table import rearrangements_of, slips_of
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.copies import Copies
 from exactcreep.solvers.exact.double_double import split, two_product
@@ -74,11 +73,14 @@ class ExactSimulation(Simulation):
         self.record = record
         self.origin = self.start = Origin.of(chain, state)
         self.leg: Leg | None = None  # if each spring has a dilation of its own
-        self.work = placed(chain, self.origin, seed, _logging(record), used)
+        self.work = placed(
+            chain, self.origin, seed, not tables.LOGS.keys().isdisjoint(record), used
+        )
         if unrounded is not None:
             self._go_on(unrounded)
             self.work.cell[layout.DOUBTED] = self.work.whole[layout.SLIPS] = 0
-        self._under_way: list[NDArray[Any]] = []  # logged slips of the present rearrangement
+        self._under_way = self.work.log[:0]  # rows of the present rearrangement
+        self._undecided = 0  # comparisons up to the last rest
 
     @property
     def _present(self) -> Workspace:
@@ -145,14 +147,14 @@ class ExactSimulation(Simulation):
         while done < count:
             left = before + limits.events_left - self.events
             self._room_for_more()
-            until, ahead = count, targets.part(done)
+            until = count
             begin = self.start.state.theta if self.leg is None else np.array(self.leg.end)
             leg = drive.leg(first + done, begin)
             if leg is not None:
                 self._take(leg)
-                until, ahead = done + 1, ahead._replace(began=self.origin.began)
+                until, targets = done + 1, targets._replace(began=self.origin.began)
             reason, reached = loop.follow(
-                *self.work, high[done:until], low[done:until], ahead, left, MOST_WORK
+                *self.work, high[done:until], low[done:until], targets, done, left, MOST_WORK
             )
             done += reached
             if logs:
@@ -184,11 +186,11 @@ class ExactSimulation(Simulation):
         if self.work.series is None and self.work.now["stage"][0] == layout.CLUSTER:
             self.work = roomier(self.work)
 
-    def single(self, direction: int, most: int, at_once: int = MOST_WORK) -> Iterator[int]:
+    def single(self, direction: int, most: int) -> Iterator[int]:
         """Rearrange at the present theta, else after a ramp; yield why the loop returned.
 
-        The loop returns soon after `most` events or, each time, `at_once`; the next iteration
-        continues. `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, is the end.
+        The loop returns soon after `most` events, and every so often; the next iteration continues.
+        `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, is the end.
         """
         high, low = self.load()
         if direction != 0 and self.chain.rates:  # else no force depends on theta
@@ -196,46 +198,48 @@ class ExactSimulation(Simulation):
         target = np.array([high]), np.array([low]), NOTHING
         reason = layout.BUDGET
         while reason in _GOES_ON:
-            left = min(most - self.events, at_once)
             self._room_for_more()
             self.work.now["single"] = 1
-            reason, _ = loop.follow(*self.work, *target, left, MOST_WORK)
+            reason, _ = loop.follow(*self.work, *target, 0, most - self.events, MOST_WORK)
             yield reason
 
     def drain(self) -> NDArray[Any]:
-        """Return the rows of the event log, and empty it."""
+        """Return the rows of the log, and empty it."""
         count = int(self.work.now["logged"].item())
         self.work.now["logged"] = 0
-        return _stacked([self.work.log.events[:count]])
+        return _stacked([self.work.log[:count]])
 
     def _drain_tables(self) -> dict[str, NDArray[Any]]:
-        """Return all logged columns, and empty the logs."""
-        l0 = nearest_float(self.chain.l0)
-        columns: dict[str, NDArray[Any]] = {}
-        if len(events := self.drain()):
-            events["theta"] = (events["theta"] + events["theta_low"]) / l0
-            columns |= tables.EVENT_TABLE.arrays(events)
-        logs = self.work.log.tables
-        if logs.rests.size:
-            rests, slips = logs.rests[: logs.used[0]], logs.slips[: logs.used[1]]
-            logs.used[:] = 0
-            if "rearrangements" in self.record:
-                rests["theta"] /= l0
-                columns |= self._ended(rests, slips)
-            if "slip_table" in self.record:
-                columns |= tables.SLIP_TABLE.arrays(slips)
+        """Return all logged columns, and empty the log."""
+        logged, columns = self.drain(), dict[str, NDArray[Any]]()
+        if len(logged) and "events" in self.record:
+            columns |= tables.EVENT_TABLE.arrays(self._events(logged))
+        if {"rearrangements", "slip_table"}.isdisjoint(self.record):
+            return columns
+        told = int((self._under_way["kind"] == layout.STOP).sum())
+        rows = _stacked([self._under_way, logged])
+        rests = np.flatnonzero(rows["kind"] == layout.REST_ROW)
+        self._under_way = rows[rests[-1] + 1 :] if rests.size else rows
+        if "slip_table" in self.record:
+            slips = slips_of(self._events(rows))
+            columns |= tables.SLIP_TABLE.arrays({name: slips[name][told:] for name in slips})
+        if rests.size and "rearrangements" in self.record:
+            undecided = rows["undecided"][rests]
+            about = {
+                "elastic_before": rows["elastic"][rests - 1],
+                "elastic_after": rows["elastic"][rests],
+                "undecided": np.diff(undecided, prepend=self._undecided),
+            }
+            self._undecided = int(undecided[-1])
+            made = rearrangements_of(self._events(rows[: rests[-1]]), about, self.chain)
+            columns |= tables.REARRANGEMENT_TABLE.arrays(made)
         return columns
 
-    def _ended(self, rests: NDArray[Any], slips: NDArray[Any]) -> dict[str, NDArray[Any]]:
-        """Return the table of finished rearrangements; keep the slips of the others."""
-        if not len(rests):
-            self._under_way.append(_stacked([slips]))
-            return {}
-        slips = _stacked([*self._under_way, slips])
-        number = slips["rearrangement"]
-        ended = number.searchsorted(number[0] + len(rests))
-        self._under_way = [slips[ended:]]
-        return tables.REARRANGEMENT_TABLE.arrays(ledger(rests, slips[:ended], self.chain))
+    def _events(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Return the events of some rows, with theta."""
+        events: NDArray[Any] = rows[rows["kind"] != layout.REST_ROW]
+        events["theta"] = (events["theta"] + events["theta_low"]) / nearest_float(self.chain.l0)
+        return events
 
     def load(self) -> tuple[float, float]:
         """Return ``l0 theta`` at present, as two floats."""
@@ -288,7 +292,7 @@ class ExactSimulation(Simulation):
         require_like(self._unrounded(), kept)
         leg = Leg.restored(kept["leg"], self.chain)
         go_on(self.work, kept["rest"])
-        self._under_way = []
+        self._under_way = self.work.log[:0]
         self.origin = self.start = self.start.went_on(kept["origin"])
         if leg is not None:
             self.work.now["chain"]["even"] = 0
@@ -297,18 +301,14 @@ class ExactSimulation(Simulation):
     def snapshot(self) -> dict[str, Any]:
         """Return a snapshot at rest; see `Simulation.snapshot`."""
         counts = self.work.now["counts"].view(np.int64).copy()
-        taken = {"unrounded": self._unrounded(), "counts": counts}
-        if (tables := self.work.log.tables).rests.size:
-            taken["energy"] = tables.sums.view(np.float64).copy()
-        return taken
+        return {"unrounded": self._unrounded(), "counts": counts, "undecided": self._undecided}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Continue from a snapshot; see `Simulation.restore`."""
         require_like(self.snapshot(), snapshot)
         self._go_on(snapshot["unrounded"])
         self.work.now["counts"].view(np.int64)[:] = snapshot["counts"]
-        if (tables := self.work.log.tables).rests.size:
-            tables.sums.view(np.float64)[:] = snapshot["energy"]
+        self._undecided = snapshot["undecided"]
         cell = self.work.cell[:, self._own]
         held = cell[layout.FRICTION] + cell[layout.EXCESS]
         rate = cell[layout.RATE] + cell[layout.RATE_LOW]
@@ -360,10 +360,9 @@ class Exact(Solver):
         simulation = ExactSimulation(chain, start.state, start.seed, ("events",), used)
         logs: list[NDArray[Any]] = []
         ended = Ending(Stop.DONE)
-        late = limits.at < math.inf and limits.passed()  # then compute one event all the same
-        at_once = 1 if late else MOST_WORK
-        for reason in simulation.single(direction, limits.events_left, at_once):
-            logs.append(simulation.drain())
+        for reason in simulation.single(direction, limits.events_left):
+            rows = simulation.drain()
+            logs.append(rows[rows["kind"] != layout.REST_ROW])
             stop = limits.stop(simulation.events) if reason in _GOES_ON else None
             if stop is not None or reason in (layout.RUNAWAY, layout.ENDLESS):
                 ended = simulation.ending(reason, limits.reason(stop) if stop else _ENDLESS)
@@ -374,7 +373,7 @@ class Exact(Solver):
             ended,
             _origin=simulation.origin,
             _load=simulation.load(),
-            _log=logs[0] if len(logs) == 1 else np.concatenate(logs),
+            _log=np.concatenate(logs),
         )
         if chain.n <= layout.LONGEST_SHORT:
             _USED.setdefault(chain.n, []).append(simulation.work)
@@ -384,12 +383,6 @@ class Exact(Solver):
         """Return a simulation by the compiled loop."""
         of = start.chain, start.state, start.seed, record
         return ExactSimulation(*of, unrounded=start.unrounded)
-
-
-def _logging(record: tuple[str, ...]) -> int:
-    """Return what the compiled loop has to log, see `layout.CHAIN`."""
-    avalanches = not {"rearrangements", "slip_table"}.isdisjoint(record)
-    return layout.LOGS_EVENTS * ("events" in record) + layout.LOGS_AVALANCHES * avalanches
 
 
 def _stacked(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:

@@ -30,7 +30,7 @@ from exactcreep.compiling import apart, inlined
 from exactcreep.model.rules import FLOATS
 from exactcreep.solvers.exact import layout, margins
 from exactcreep.solvers.exact.layout import HORIZON, LADDER, ORDERS, SERIES, ULP
-from exactcreep.solvers.exact.margins import falls, is_clear
+from exactcreep.solvers.exact.margins import ends_first, falls, is_clear
 from exactcreep.solvers.exact.simd import (
     WIDTH,
     element,
@@ -461,15 +461,10 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
         t = min(max(t - off / slope_1, 0.0), _REACH[orders])
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
     fresh = cell[layout.FRESH, i] != 0.0
-    room = limit - outward * at_0
     bend = series[row + layout.BENT, j]
     curve = margins.curved(series, row, j, bend, t)
     holds = abs(off) <= bound and falls(-outward * slope_1, bound, curve)
-    proved = (
-        holds
-        and (fresh or room > bound)
-        and is_clear(room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, bound, fresh, True)
-    )
+    proved = holds and ends_first(at_0, slope_0, limit, outward, slope_1, bend, t, bound, fresh)
     return t, margins.blur(slope_1, bound), outward, holds, proved
 
 

@@ -331,7 +331,7 @@ class CertifiedSimulation(Simulation):
 
     def _log_rest(self) -> None:
         before, self.undecided = self.undecided, self.mechanics.tally.undecided
-        self.log.rest(self.undecided - before)
+        self.log.rest(lambda: self.mechanics.state().tensions, self.undecided - before)
 
     def state(self) -> State:
         """Return the present state, or the last target's if that has to be reached again."""

@@ -139,7 +139,7 @@ class VerletSimulation(Simulation):
         for event, row in zip(events, logged, strict=True):
             self.avalanches.take(event, self.inner.tension[:-1].copy, *row[8:])
         if not self.now["movers"][0]:
-            self.avalanches.rest(0)
+            self.avalanches.rest(lambda: self._motion()[0], 0)
         made = {"events": events} | self.avalanches.tables()
         self.avalanches.forget()
         kept = {name: made[name] for name in tables.LOGS if name in self.record}

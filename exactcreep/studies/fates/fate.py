@@ -100,7 +100,7 @@ def fate(
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
-    search = solvers.SettlingSearch(chain, drive, begin)
+    search = solvers.SettlingSearch(chain, drive, begin, say=say)
     computed, stop = numerical_fate(search, begin, limits, say)
     if computed.settled_after is not None and not computed.marginal:
         copies = [numerical_fate(copy, begin, limits)[0] for copy in search.copies()]

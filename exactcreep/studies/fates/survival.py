@@ -390,7 +390,7 @@ def survival(
         none = f"none of {count} starts has ended so far"
         return replace(asked, lives=tuple(lives)).finding if lives else none
 
-    solvers.SettlingSearch(chain, drive, State.relaxed(chain))  # compiles
+    solvers.SettlingSearch(chain, drive, State.relaxed(chain), say=say)  # compiles
     say("starts", 0, count, "starts")
     with closing(in_parallel(followed, tasks(), workers=workers)) as computed:
         for ended in computed:

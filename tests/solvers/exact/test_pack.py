@@ -20,7 +20,7 @@ def test_forces_are_placed_to_twice_the_digits_of_a_float_and_read_back(n: int, 
     chain = Chain(n, Fraction(2, 7), "0.5", "0.6", tan_alpha="0.3")
     tensions = THIRDS[: n - 1]
     origin = Origin.of(chain, State.prepared(chain, tensions, theta=theta))
-    work = placed(chain, origin, 0, layout.LOGS_EVENTS)
+    work = placed(chain, origin, 0, True)
     cell = work.cell[:, layout.PAD : layout.PAD + n]
     load = chain.l0 * theta if n > 1 else Fraction(0)
     bare = [0, *(tension + load for tension in tensions), 0]  # theta is added apart
