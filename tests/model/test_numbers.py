@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import exactcreep
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps
-from exactcreep.model.enclosure import Enclosure, as_written
+from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import (
     exact_number,
     nearest_float,
@@ -63,13 +63,6 @@ def test_the_line_of_a_chain_or_a_drive_makes_it_again_exactly(made):
     given = made.parameters()
     assert given.pop("kind", None) == getattr(made, "kind", None)
     assert type(made)(**given) == made
-
-
-@pytest.mark.parametrize("radius", [Fraction(1, 3), Fraction(1, 4), Fraction(0)])
-def test_a_radius_is_written_rounded_up(radius):
-    number = np.array([Enclosure(Fraction(1, 7), radius), None], dtype=object)[:1]
-    written = as_written("x", number, 20)
-    assert 0 <= Fraction(written["x_radius"][0]) - radius <= radius / 2**52
 
 
 RATIONAL = st.fractions(min_value=-9, max_value=9, max_denominator=50)
