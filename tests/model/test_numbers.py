@@ -15,7 +15,6 @@ from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import (
     exact_number,
     nearest_float,
-    sign_of_surd,
     whole_number,
 )
 from exactcreep.model.targets import Targets
@@ -83,13 +82,3 @@ def test_an_enclosure_holds_every_rate_and_is_written_as_far_as_it_is_known(
     if last.radius < abs(last.middle):
         assert abs(Fraction(last.text(20)) - last.middle) <= 10 * last.radius + Fraction(1, 10**18)
     assert last.radius <= Fraction(last.radius_text()) <= last.radius * Fraction(101, 100)
-
-
-@given(rational=RATIONAL, surd=RATIONAL, root=RATIONAL.filter(bool), cancels=st.booleans())
-def test_the_sign_of_a_surd_is_that_of_its_value(
-    rational: Fraction, surd: Fraction, root: Fraction, cancels: bool
-) -> None:
-    root = abs(root)
-    rational = -surd * root if cancels else rational
-    value = rational + surd * root
-    assert sign_of_surd(rational, surd, root**2) == (value > 0) - (value < 0)

@@ -83,9 +83,3 @@ def test_lives_without_a_rate_have_no_interval_but_a_reason(lives: list[int], sa
     found = escape_rate(lives)
     assert np.isnan(found[:3]).all()
     assert said in found.reason
-
-
-def test_without_an_arrest_the_interval_begins_at_zero() -> None:
-    found = escape_rate([], [1000, 2000])
-    assert found[:2] == (0, 0)
-    assert (1 - found.high) ** 3000 == pytest.approx(0.025)
