@@ -52,6 +52,7 @@ def test_what_is_drawn_is_what_it_always_was():
     for (seed, q), value in DILATIONS.items():
         assert disorder.dilations(DRIVE, seed, q, 1) == value
         assert DRIVE.exact_target(q, seed) == Fraction(value)
+        assert DRIVE.targets(1, 100, seed)[q - 1] == value
     for seed, tensions in TENSIONS.items():
         assert tuple(disorder.uniform_tensions(seed, 2)) == tensions
 

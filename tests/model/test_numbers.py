@@ -25,8 +25,6 @@ CHAIN = Chain(6, 1000, "0.5", 0.6, "1/100", tan_alpha="1/3")
 @pytest.mark.parametrize(
     ("value", "rational"),
     [
-        ("0.6", Fraction(3, 5)),
-        (0.6, Fraction(5404319552844595, 2**53)),
         (np.int32(7), Fraction(7)),
         ("-2.5e-3", Fraction(-1, 400)),
         (" 1e3 ", Fraction(1000)),

@@ -85,8 +85,6 @@ def test_an_error_near_the_threshold_covers_the_long_run_mean_or_is_unknown(
     assert (apart > 1.96 * errors)[known].sum() <= 0.1 * known.sum()
 
 
-
-
 @pytest.mark.parametrize(
     ("chain", "drive", "given", "reason"),
     [

@@ -22,7 +22,6 @@ PRIVATE = {
     "a cell of times": f"time,temp\n2024-01-01,1\n{SECRET},2\n2024-01-03,2\n",
     "a cell of temperatures": f"time,temp\n2024-01-01,1\n2024-01-02,{SECRET}\n2024-01-03,2\n",
     "an ambiguous day": f"time,temp,{SECRET}\n01/02/2024,1,2\n02/02/2024,2,3\n",
-    "a list of secrets": f"{SECRET}\n" * 20,
     "no temperature": f"time,{SECRET}\n2024-01-01,1\n2024-01-02,1\n",
     "too few names": f"time,{SECRET}\n2024-01-01,1,2\n2024-01-02,1,2\n",
 }
