@@ -84,11 +84,6 @@ LAYOUTS: dict[str, Callable[[], File]] = {}
 CODED: dict[str, Callable[[], File]] = {}
 
 
-def layout(make: Callable[[], File]) -> Callable[[], File]:
-    LAYOUTS[make.__name__] = make
-    return make
-
-
 def add(name: str, make: Callable[[], File]) -> None:
     LAYOUTS[name] = make
 
@@ -273,7 +268,6 @@ CODED["tenths"] = lambda: coded(
 )
 
 
-@layout
 def zipped() -> File:
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -281,9 +275,9 @@ def zipped() -> File:
     return File(packed.getvalue(), ending=".zip")
 
 
-@layout
-def utf_16_without_mark() -> File:
-    return File(LAYOUTS["series_without_name"]().content.decode().encode("utf-16-le"))
+add("zipped", zipped)
+add("utf_16_without_mark",
+    lambda: File(LAYOUTS["series_without_name"]().content.decode().encode("utf-16-le")))
 
 
 # --- layouts that nobody has thought of -----------------------------------------------------------
