@@ -1,6 +1,6 @@
-"""Results of every format so far are read, or refused in a sentence that says what to do.
+"""Files of this format are read, and others are refused in a sentence that says what to do.
 
-A checkpoint is read by the version that wrote it. Each file was written by ``run two-sliders-cycles
+A file is read by the version that wrote it. Each file was written by ``run two-sliders-cycles
 --set drive.cycles=2 --record x_G --out FILE.nc --checkpoint FILE.ckpt``, by the program that wrote
 that format. A new format adds its files.
 """

@@ -94,7 +94,7 @@ def test_an_error_near_the_threshold_covers_the_long_run_mean_or_is_unknown(
         (TWO, BRIEF, {}, "8 half-cycles"),
         (WEAK, GaussianSteps("0.01", 1000), {}, "900 targets"),
         (SIX, Cycles("0.0008", 100), {}, "180 half-cycles"),
-        (PULLED, Cycles("0.001098", 200), {}, "360 half-cycles"),
+        (PULLED, Cycles("0.00115", 200), {}, "360 half-cycles"),
         (TWO, GaussianSteps("1e-6", 100), {}, "nothing happened in 90 targets"),
         (TWO, GaussianSteps("0.01", 9000), {"burn_in": 8990}, "10 targets"),
     ],
