@@ -85,15 +85,6 @@ def field_of(scene: Scene, settings: dict[str, Any]) -> str:
     return refused.value.name
 
 
-def test_dilations_of_each_spring_are_refused_where_only_one_is_understood() -> None:
-    springs = {"drive": {"kind": "path", "theta": [["0.001", 0, 0]]}}
-    chain = {"n": 4, "l0": 1000, "mu_d": "0.5", "mu_s": "0.5", "tan_alpha": 0}
-    lead = {"material": "lead", "length": 6, "section": 1, "mu_d": "0.4", "mu_s": "0.5"}
-    solid = {**lead, "tan_alpha": "0.3", "contacts": 4, "time_unit": 60}
-    for about in ({"physical": solid}, {"chain": chain, "run": {"solver": "sliding"}}):
-        assert field_of(Scene.from_mapping(springs | about), {}) == "drive.theta"
-
-
 def test_a_record_is_looked_for_beside_the_scene_and_refused_by_key(tmp_path: Path) -> None:
     (tmp_path / "roof.csv").write_text("time,temperature\n0,20\n1,30\n2,15.5\n")
     drive = '[drive]\nkind = "record"\nfile = "roof.csv"\nkappa = 2.9e-5\nT0 = 20\n'
