@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derivations import beyond, gaussian, modes, shakedown, sliding_limit, slip, two_sliders
+from derivations import beyond, gaussian, modes, shakedown, sliding_limit, slip, two_sliders, unlike
 from derivations.ledger import Entry, entries, entry_of
 from derivations.model import MODEL, Model, T
 from derivations.notation import N, mu_d, symbol
@@ -94,6 +94,8 @@ WORK = beyond.speed * beyond.gap
         (shakedown.at_rest, (SHARED, ROOM, FORCE),
          [([FORCE / sum(WHOLE) * part for part in WHOLE], ROOM, FORCE),
           (SHARED, ROOM, 2 * FORCE)]),
+        (unlike.within_steps, (sp.Max,),
+         [(sp.Add,), (lambda *both: 2 * sp.Max(*both),), (lambda one, other: one - other,)]),
         (beyond.in_the_normal_cone, ([HOLDS], WORK),
          [([HOLDS, BROKEN], WORK), ([HOLDS], -WORK)]),
     ],

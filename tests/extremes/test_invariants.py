@@ -62,15 +62,6 @@ def same_motion(one: Creep, other: Creep) -> bool:
 
 
 @LOAD
-@given(cases(), st.integers(-40, 40))
-def test_only_the_product_of_length_and_dilation_matters(case: Case, power: int) -> None:
-    factor = Fraction(2) ** power
-    p = case.chain.parameters() | {"l0": case.chain.l0 * factor}
-    other = Case(Chain(**p), tuple(theta / factor for theta in case.theta), case.seed)
-    assert same_motion(case.run(), other.run())
-
-
-@LOAD
 @given(cases(), st.lists(rationals(1, 99, 100), max_size=5))
 def test_breakpoints_and_output_change_no_bit(case: Case, cuts: list[Fraction]) -> None:
     plain = case.run()
