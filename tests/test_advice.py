@@ -29,14 +29,6 @@ def test_a_chain_with_a_slider_without_excess_moves_as_its_limit(solver: str) ->
     assert abs(without / run.velocity - 1) > 0.1
 
 
-def test_a_chain_without_slips_is_told_to_use_the_solver_that_is_its_limit() -> None:
-    with pytest.raises(InputError, match='use solver="sliding"'):
-        creep(three("0.5", "0.5", "0.5"), DRIVE)
-    right = creep(three("0.5", "0.5", "0.5"), DRIVE, solver="sliding").velocity
-    near = creep(three("0.5001", "0.5001", "0.5001"), DRIVE).velocity
-    assert near == pytest.approx(right, rel=1e-3)
-
-
 PATH = Targets([["0.001", "0.002"], ["-0.001", "0.001"]])
 
 

@@ -146,7 +146,6 @@ def test_a_set_value_is_read_as_toml_or_as_it_stands(text: str, value: object) -
         ),
         ("from = 1, to = 0.5, step = -0.25", [1, "0.75", "0.5"]),
         ("from = 0, to = 1e-2, step = 5e-3", [0, "0.005", "0.01"]),
-        ("from = 7, to = 7, step = 1", [7]),
     ],
 )
 def test_equal_steps_are_the_decimals_that_would_be_written(

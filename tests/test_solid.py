@@ -172,9 +172,6 @@ def scene_of(text: str = IN_KELVIN, **changed: Any) -> list[Any]:
     ("refused", "sentence"),
     [
         (lambda: lead(length=0), "length = 0: must be positive"),
-        (lambda: lead(density="heavy"), "density = "),
-        (lambda: lead(kappa=0), "kappa = 0: must be positive"),
-        (lambda: lead(mu_d=["0.6", "0.4"]), "mu_d = "),
         (lambda: lead(material="tin"), "material = 'tin': must be one of lead, copper, zinc, st"),
         (lambda: lead().millimetres_per_day(1.0, 0), "period = 0: must be positive"),
         (lambda: lead().creep(month(lead()), time_unit=60), "time_unit = 60: must be left out"),

@@ -1,4 +1,4 @@
-"""Command lines as people mistype them, and signals at any moment: a sentence, never a defect."""
+"""Command lines as people mistype them, and Ctrl-C: a sentence, never a defect."""
 
 from __future__ import annotations
 
@@ -6,14 +6,11 @@ import re
 import shlex
 import signal
 import threading
-import time
-from pathlib import Path
 from random import Random
 
 import pytest
 
 from tests.conftest import Command
-from tests.processes import PATIENCE, PROGRAM, begun
 
 LINES = (
     "run two-sliders-cycles --set drive.cycles=3 --json",
@@ -78,17 +75,3 @@ def test_what_is_known_when_a_command_is_stopped_is_said(line: str, command: Com
         if ENDLESS[line] in " ".join((told.out + told.err).split()):
             return
     pytest.fail(told.err)
-
-
-@pytest.mark.usefixtures("hears_ctrl_c")
-@pytest.mark.parametrize("line", LINES[1:3])
-def test_a_signal_at_any_moment_is_said_and_leaves_no_part(line: str, tmp_path: Path) -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):
-        with begun(*PROGRAM, *line.split(), cwd=tmp_path) as process:
-            time.sleep(Random(f"{line} {number}").uniform(0, 3))
-            process.send_signal(number)
-            _, said = process.communicate(timeout=PATIENCE)
-        assert process.returncode in (-number, 128 + number, *STATUSES), said
-        assert process.returncode != 128 + number or not said or "interrupted" in said
-        assert not re.search("defect|Traceback", said), said
-        assert {path.suffix for path in tmp_path.iterdir()} <= {".png", ".nc"}

@@ -151,15 +151,6 @@ def test_trajectories_are_drawn_in_one_picture_unless_a_number_has_three_values(
     assert "alpha" in drawn[-1].axes[0].get_xlabel()  # velocities
 
 
-def test_what_is_no_checkpoint_is_refused_and_none_is_overwritten(command: Command) -> None:
-    Path("a.ckpt").write_text("PK")
-    assert "is not a checkpoint of version" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
-    assert Path("a.ckpt").read_text() == "PK"
-    assert command(*QUICK, "--checkpoint", "a.ckpt", "--force").code == 0
-    with pytest.warns(CheckpointWarning, match="the run has ended"):
-        assert command(*QUICK, "--checkpoint", "a.ckpt").code == 0
-
-
 # --- signals and the compiler --------------------------------------------------------------------
 
 

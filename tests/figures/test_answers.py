@@ -81,6 +81,3 @@ def test_an_intercept_is_drawn_by_its_velocities_and_the_line_through_them() -> 
     places, fitted = line(axes, "zero at")
     assert_allclose(fitted, found.slope * (places - found.intercept))
     assert_allclose(places, [found.intercept, found.amplitudes.max()])
-    bare = threshold(rough, max_seconds="1e-9")
-    low, high = draw_threshold(bare).axes[0].get_xlim()
-    assert 0 < low < bare.law_seuil < high < 2 * bare.law_seuil
