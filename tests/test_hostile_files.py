@@ -61,11 +61,31 @@ def texts(file: Any) -> None:
     file.create_dataset("x_G_decimal", data=data, dtype=h5py.string_dtype())
 
 
-def without_its_readings(file: Any) -> None:
-    file.attrs.update(drive="record", drive_parameters="file kappa T0 temperature_column",
-                      file="secret", kappa="1", T0="0", temperature_column="root")  # fmt: skip
+def put(*keys: Any, value: Any) -> Change:
+    """Return what puts a value in its place in a list of records."""
+
+    def change(records: Any) -> None:
+        for key in keys[:-1]:
+            records = records[key]
+        records[keys[-1]] = value
+
+    return change
 
 
+def of_run(*keys: Any, value: Any) -> Change:
+    """Return what changes the text from which a run is read."""
+
+    def change(file: Any) -> None:
+        run = json.loads(file["run"][()])
+        put(*keys, value=value)(run)
+        del file["run"]
+        file["run"] = json.dumps(run)
+
+    return change
+
+
+FOREIGN = {"kind": "record", "file": "secret", "kappa": "1", "T0": "0",
+           "temperature_column": "root"}  # fmt: skip
 SPACE = h5py.h5s.create_simple((300_000_000,))
 
 
@@ -87,11 +107,14 @@ RESULTS: dict[str, Change] = {
     "texts": texts,
     "references": replaced("x_G", lambda file: file.create_dataset("x_G", (6,), h5py.ref_dtype)),
     "a long attribute": lambda file: file.attrs.update(n=np.arange(3)),
-    "a record of another file": without_its_readings,
+    "a record of another file": of_run("experiment", "drive", value=FOREIGN),
+    "targets beyond the last": of_run("half_cycles", value=10**12),
+    "sliders of another chain": of_run("experiment", "chain", "n", value=3),
     "half a table": lambda file: file.update(rearrangement_theta=np.zeros(3)),
-    "nesting": lambda file: file.attrs.update(report="[" * 60_000),
-    "another type": lambda file: file.attrs.update(options="[]"),
-    "no outcome": lambda file: file.attrs.update(outcome="dancing"),
+    "nesting": replaced("run", lambda file: file.update(run="[" * 60_000)),
+    "another type": of_run("experiment", "options", value=[]),
+    "no outcome": of_run("outcome", value="dancing"),
+    "no velocity": of_run("velocity_enclosure", value=[1, 2]),
     "a group for an array": replaced("x_G", lambda file: file.create_group("x_G")),
 }  # fmt: skip
 
@@ -144,17 +167,6 @@ def test_a_result_that_was_damaged_anywhere_is_refused(folder: Path, tmp_path: P
 # --- checkpoints and cells -----------------------------------------------------------------------
 
 
-def put(*keys: Any, value: Any) -> Change:
-    """Return what puts a value in its place in a list of records."""
-
-    def change(records: Any) -> None:
-        for key in keys[:-1]:
-            records = records[key]
-        records[keys[-1]] = value
-
-    return change
-
-
 CHECKPOINTS: dict[str, Change] = {
     "division by zero": put(0, "experiment", "chain", "l0", value={"$fraction": ["1", "0"]}),
     "other arguments": put(0, "experiment", "chain", "evil", value=1),
@@ -167,8 +179,7 @@ CHECKPOINTS: dict[str, Change] = {
     "an observer of texts": put(1, "run", "velocity", "values", value="text"),
     "targets beyond the last": put(1, "run", "done", value=10**12),
     "another outcome": put(1, "run", "outcome", value="dancing"),
-    "a record of another file": put(0, "experiment", "drive", value={
-        "kind": "record", "file": "secret", "kappa": "1", "T0": "0", "temperature_column": SECRET}),
+    "a record of another file": put(0, "experiment", "drive", value=FOREIGN),
 }  # fmt: skip
 
 
@@ -231,29 +242,37 @@ def test_every_number_of_a_checkpoint_is_used_or_refused(folder: Path, tmp_path:
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_every_attribute_of_a_result_is_used_or_refused(folder: Path, tmp_path: Path) -> None:
-    data, path = (folder / "run.nc").read_bytes()[:-84], tmp_path / "sent.nc"
+def test_every_part_of_a_result_is_used_or_refused(folder: Path, tmp_path: Path) -> None:
+    data, path, random = (folder / "run.nc").read_bytes()[:-84], tmp_path / "sent.nc", Random(1)
     with h5py.File(io.BytesIO(data), "r") as held:
-        names = [*held.attrs, *held]
-    for k, name in enumerate(names):
-        for value in (-1, np.int64(2**63 - 1), 1e308, "1/0", "{}", np.zeros((2, 2)))[k % 3 :: 3]:
-            forged = io.BytesIO(data)
-            with h5py.File(forged, "r+") as file:
-                if name in file:
-                    del file[name]
-                    file[name] = value
-                else:
-                    file.attrs[name] = value
-            path.write_bytes(sealed(forged.getvalue()))
-            with suppress(InputError):
-                found = Creep.load(path)
-                repr((found, found.summary(), found.dataset, found.finding))
+        names, run = [*held.attrs, *held], json.loads(held["run"][()])
+    values = (-1, np.int64(2**63 - 1), 1e308, "1/0", "{}", np.zeros((2, 2)))
+    changes = [(name, values[k % 6]) for k, name in enumerate(names)]
+    changes += [(random.choice([*places(run)]), random.choice(FORGED)) for _ in range(150)]
+    for name, value in changes:
+        forged = io.BytesIO(data)
+        with h5py.File(forged, "r+") as file:
+            if isinstance(name, tuple):
+                of_run(*name, value=value)(file)
+            elif name in file:
+                del file[name]
+                file[name] = value
+            else:
+                file.attrs[name] = value
+        path.write_bytes(sealed(forged.getvalue()))
+        with suppress(InputError):
+            found = Creep.load(path)
+            repr((found, found.summary(), found.dataset, found.finding))
 
 
-VALUES = {"velocity": "fast", "outcome": "dancing", "warnings": "[1]", "cell": "another"}
+CELLS: dict[str, Change] = {
+    "velocity": of_run("velocity", value="fast"),
+    "warnings": of_run("warnings", value={"1": 1}),
+    "another cell": lambda file: file.attrs.update(cell="another"),
+}
 
 
-@pytest.mark.parametrize("name", ["a grid", "no grid", *VALUES])
+@pytest.mark.parametrize("name", ["a grid", "no grid", *CELLS])
 def test_a_sweep_of_somebody_else_is_refused(name: str, folder: Path, tmp_path: Path) -> None:
     made = tmp_path / "sweep"
     (made / "cells").mkdir(parents=True)
@@ -262,7 +281,7 @@ def test_a_sweep_of_somebody_else_is_refused(name: str, folder: Path, tmp_path: 
     (sent,) = [made / "sweep.nc"] if name in ("a grid", "no grid") else made.rglob("cells/*.nc")
     data = io.BytesIO(sent.read_bytes()[:-84])
     with h5py.File(data, "r+") as file:
-        file.attrs.update({name: VALUES[name]} if name in VALUES else {"tables": "[" * 10**5})
+        CELLS.get(name, lambda grid: grid.attrs.update(tables="[" * 10**5))(file)
     sent.write_bytes(sealed(b"CDF" * 40 if name == "no grid" else data.getvalue()))
     said_of(lambda: sweep(SCENE, out=made, workers=1), sent if name != "a grid" else made)
 

@@ -46,7 +46,7 @@ _LABELS = {
 }
 """Printed names of keys of summaries that do not explain themselves."""
 _UNPRINTED = {
-    "outcome", "evidence", "settled_after", "by_rounding", "reason",  # the sentence has them
+    "outcome", "settled_after", "by_rounding", "reason",  # the sentence has them
     "report", "itinerary", "rate", "confidence", "dormant",
     "n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "end_forces", "expansion",
 }  # fmt: skip

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
 
     from exactcreep import Creep, Scene
     from exactcreep.quasistatic.checkpoint import Checkpoint
-    from exactcreep.quasistatic.experiment import Experiment
     from exactcreep.results import Walk
     from exactcreep.scene import Member
     from exactcreep.watch.display import Display
@@ -83,8 +81,11 @@ class Session(answer.Output):
 
         (member,) = wanted.members()
         output = self
-        if kept is not None and Path(kept.path).exists() and self._holds(member.experiment):
-            output = replace(self, force=True)  # the same command goes on
+        if kept is not None and Path(kept.path).exists() and self.out is not None:
+            from exactcreep.quasistatic.dataset import is_run_of
+
+            same = is_run_of(self.out, member.experiment)  # the same command goes on
+            output = replace(self, force=self.force or same)
         output.check(checkpoint=None if kept is None else Path(kept.path))
         if self.plot and not {"x_G", "rearrangements"} & {*member.experiment.record}:
             allowed = "needs x_G or rearrangements among the recorded quantities"
@@ -117,16 +118,6 @@ class Session(answer.Output):
             _print_run(result, moved)
 
         output.deliver(summary, tell, save=result.save, draw=draw, status=status, remark=remark)
-
-    def _holds(self, experiment: Experiment) -> bool:
-        """Return whether the file of the result holds an earlier part of the same run."""
-        from exactcreep.model.result import alike
-
-        with suppress(exactcreep.InputError):
-            if self.out is not None:
-                known = exactcreep.Creep.load(self.out).experiment
-                return alike(known.description(), experiment.description())
-        return False
 
     def sweep(self, limits: Limits, wanted: Scene) -> None:
         """Run every member of a scene, then draw and print the grid, and exit with its status."""

@@ -207,7 +207,7 @@ def as_written(name: str, values: NDArray[Any], digits: int | None) -> dict[str,
 
 def quantity(name: str) -> str:
     """Return the name of a quantity; `name` may be the name of its decimals or radii in a file."""
-    for companion in ("_decimal", "_radius", "_exact"):
+    for companion in ("_decimal", "_radius"):
         name = name.removesuffix(companion)
     return name
 

@@ -17,7 +17,7 @@ import flint
 import numpy as np
 
 from exactcreep.compiling import njit
-from exactcreep.motion.modes import Run
+from exactcreep.motion.modes import Flow, Run
 from exactcreep.motion.taylor_flow import (
     ORDER,
     OUTWARD,
@@ -230,6 +230,26 @@ def enclosed_event(
         moved = [x + rest for x in (across * both).entries()]
         shifts.append((run.first, moved[:p], moved[p:]))
     return at + root, shifts
+
+
+def lone_event(
+    flow: Flow, n: int, acting: tuple[int, int], room: Any
+) -> tuple[Any, list[tuple[int, list[Any], list[Any]]]]:
+    """Return what `enclosed_event` returns, by the energy of slider `n` (from 0) that moves alone.
+
+    After a displacement x its squared speed is ``v^2 + 2 a x - w^2 x^2``.
+    """
+    arithmetic, way, (_, side) = flow.arithmetic, int(flow.signs[n]), acting
+    speed, pull = way * flow.velocities[n], way * flow.forces[n] - flow.friction[n]
+    w2 = sum(0 <= m < len(flow.signs) for m in (n - 1, n + 1))
+    root = pull if speed == 0 else arithmetic.sqrt(pull * pull + w2 * speed * speed)
+    ahead, behind, w = (pull + root) / w2, (pull - root) / w2, flint.arb(w2).sqrt()
+    moved, left, phase = ahead, flint.arb(0), flint.arb.pi()
+    if side:
+        moved, left = room, arithmetic.sqrt(w2 * (ahead - room) * (room - behind))
+        phase = flint.arb.atan2(left * w, arithmetic.number(pull - w2 * room))
+    time = (phase - flint.arb.atan2(speed * w, arithmetic.number(pull))) / w
+    return time, [(n, [way * moved], [way * left])]
 
 
 def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:

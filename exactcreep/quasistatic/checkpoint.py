@@ -9,26 +9,20 @@ writes. If a file is damaged, the run continues from the last entry before the d
 
 from __future__ import annotations
 
-import base64
 import hashlib
-import json
 import math
 import os
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from fractions import Fraction
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from exactcreep import __version__
-from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.model.remarks import warn
 from exactcreep.model.user_files import content_of, difference, refused
 from exactcreep.quasistatic.observed_run import ObservedRun
+from exactcreep.quasistatic.plain import text_of, value_of
 from exactcreep.quasistatic.writing import check_output, locked, write_file
 from exactcreep.solvers.registry import SOLVERS
 
@@ -36,7 +30,6 @@ VERSION = 17
 MOST_BYTES = 2**31
 """Largest size of a checkpoint."""
 LINE = b"exactcreep checkpoint %d\n" % VERSION
-_MOST_PARTS, _PART = 10**6, 30  # lists and objects in an entry; bytes for each further one
 _NO_RUN = "is not a checkpoint of a run"
 _ANEW = "name another file, or begin anew with force"
 _AFTER_FAILURE = 60.0  # seconds until the next try
@@ -88,7 +81,7 @@ class Checkpoint:
         content, run = content_of(self.path, "checkpoint", MOST_BYTES), self.run
         (first, *others), self._size, self._digest = _entries(content, self.path)
         with refused("checkpoint", self.path, _NO_RUN):
-            differs = difference(first["experiment"], run.experiment.description(), _text)
+            differs = difference(first["experiment"], run.experiment.description(), text_of)
         if differs:
             allowed = f"holds another experiment: {differs}; {_ANEW}"
             raise InputError("checkpoint", self.path, allowed)
@@ -157,58 +150,11 @@ class Checkpoint:
         self._digest = digest
 
 
-def _text(value: Any) -> str:
-    return json.dumps(_encoded(value), separators=(",", ":"))
-
-
 def packed(content: Mapping[str, Any], before: str = "") -> tuple[bytes, str]:
     """Return the line of an entry, and its digest; `before` is the digest of the entry before."""
-    tree = _text(content)
+    tree = text_of(content)
     digest = hashlib.sha256(f"{before}{tree}".encode()).hexdigest()
     return f"{digest} {tree}\n".encode(), digest
-
-
-def _encoded(value: Any) -> Any:
-    """Return a JSON tree; a type unknown to JSON is an object whose only name begins with $."""
-    if value is None or isinstance(value, (bool, str, int, float)):
-        return value
-    if isinstance(value, Fraction):
-        return {"$fraction": [hex(value.numerator), hex(value.denominator)]}
-    if isinstance(value, (np.ndarray, np.generic)):
-        array = np.asarray(value)
-        if array.dtype.kind == "O":
-            return {"$objects": [_encoded(item) for item in array.tolist()]}
-        array = np.asarray(array, array.dtype.newbyteorder("<"), order="C")
-        return {"$array": [array.dtype.str, array.shape, base64.b64encode(array.data).decode()]}
-    if isinstance(value, (list, tuple)):
-        items = [_encoded(item) for item in value]
-        kind = "$enclosure" if isinstance(value, Enclosure) else "$tuple"
-        return items if isinstance(value, list) else {kind: items}
-    if isinstance(value, Mapping):
-        if not all(isinstance(key, str) and not key.startswith("$") for key in value):
-            raise TypeError("a checkpoint's names are strings that do not begin with $")
-        return {key: _encoded(item) for key, item in value.items()}
-    raise TypeError(f"a checkpoint cannot hold a {type(value).__name__}")
-
-
-def _decoded(item: dict[str, Any]) -> Any:
-    """Return the value of a JSON object whose parts are decoded."""
-    kind, parts = next(iter(item.items()), ("", None))
-    if not (parts is not None and len(item) == 1 and kind.startswith("$")):
-        return item
-    if kind == "$fraction":
-        return Fraction(*(int(part, 16) for part in parts))
-    if kind == "$tuple":
-        return tuple(parts)
-    if kind == "$enclosure":
-        return Enclosure(*parts)
-    if kind == "$objects":
-        objects: NDArray[Any] = np.empty(len(parts), dtype=object)
-        objects[:] = parts
-        return objects
-    name, shape, data = parts
-    held = np.frombuffer(base64.b64decode(data), np.dtype(name)).reshape(shape)
-    return held.astype(held.dtype.newbyteorder("="))  # a writable copy
 
 
 def _entries(data: bytes, name: str) -> tuple[list[Any], int, str]:
@@ -223,10 +169,8 @@ def _entries(data: bytes, name: str) -> tuple[list[Any], int, str]:
         sum_of_both = hashlib.sha256(digest.encode() + tree).hexdigest()
         if sealed != sum_of_both.encode() or not entry.endswith(b"\n"):
             break
-        if tree.count(b"[") + tree.count(b"{") > _MOST_PARTS + len(tree) // _PART:
-            raise InputError("checkpoint", name, f"{_NO_RUN}: it consists of too many parts")
         with refused("checkpoint", name, _NO_RUN):
-            entries.append(json.loads(tree, object_hook=_decoded))
+            entries.append(value_of(tree))
         digest, end = sum_of_both, end + len(entry)
     if not entries:
         allowed = f"is truncated or damaged: no run can go on from its {len(data)} bytes; {_ANEW}"

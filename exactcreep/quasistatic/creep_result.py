@@ -288,11 +288,12 @@ class Creep(Result):
         return {name: value for name, value in entries.items() if name not in unsaid}
 
     def _compared(self) -> dict[str, Any]:
-        return {"dataset": self.dataset.assign_attrs(seconds=0.0)}
+        run = _datasets().run_text(self, seconds=0.0)
+        return {"run": run, "dataset": self.dataset.assign_attrs(seconds=0.0)}
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The recorded data with labels, units, meanings, and all parameters of the run.
+        """The recorded data with labels, units and meanings, and the parameters as attributes.
 
         Dimensions: ``half_cycle``, ``slider`` and ``spring`` (all from 1), ``event``,
         ``rearrangement``, ``slip``. Half-cycles of a record with dates have a ``date``, in UTC if
@@ -325,7 +326,7 @@ class Creep(Result):
         return import_module("exactcreep.quasistatic.frames").frame(self, table)
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Write `dataset` to a NetCDF file, completely or not at all.
+        """Write `dataset` and the run itself to a NetCDF file, completely or not at all.
 
         Parameters
         ----------
@@ -339,8 +340,7 @@ class Creep(Result):
         InputError
             If the file exists and `force` is false, or it cannot be written.
         """
-        content = import_module("exactcreep.quasistatic.netcdf").netcdf({None: self.dataset})
-        write_file(path, content, "out", force=force)
+        write_file(path, _datasets().content_of_file(self), "out", force=force)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Creep:

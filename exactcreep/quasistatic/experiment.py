@@ -12,6 +12,7 @@ import numpy as np
 
 from exactcreep.model.chain import Chain, require_dilation
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, require_one_dilation
+from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import (
     InputError,
@@ -227,6 +228,19 @@ class Experiment:
             "start": start and vars(start),
             "record": list(self.record),
         }
+
+
+def experiment_of(described: Mapping[str, Any]) -> Experiment:
+    """Return the experiment of a `description` in a file, or raise any exception."""
+    drive, start = dict(described["drive"]), described["start"]
+    if start is not None:
+        parts = {name: value for name, value in start.items() if name != "unrounded"}
+        if isinstance(theta := parts["theta"], Enclosure):
+            parts["theta"] = theta.middle
+        start = State(**parts)
+    chain = Chain(**described["chain"])
+    made = {"chain": chain, "drive": drive_of_parameters(drive.pop("kind"), drive), "start": start}
+    return Experiment(**{**described, **made})
 
 
 def _valid_start(start: Any, chain: Chain, solver: Solver) -> State | None:

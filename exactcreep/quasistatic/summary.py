@@ -5,7 +5,6 @@ Summaries, files and grids of runs take their names and missing values from here
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from enum import Flag, auto
 from functools import partial
@@ -100,6 +99,7 @@ def attribute_of(name: str) -> str:
 def reader_of(name: str) -> Callable[[Any], Any]:
     """Return the function that converts the value in a file to an entry."""
     kind = TYPES[name]
-    if kind in (int, int | None):
-        return partial(whole_number, name=name, least=0, most=_MOST)
-    return (lambda text: dict(json.loads(text))) if hasattr(kind, "__args__") else kind
+    count = partial(whole_number, name=name, least=0, most=_MOST)
+    if kind == int | None:
+        return lambda number: None if number is None else count(number)
+    return count if kind is int else dict if hasattr(kind, "__args__") else kind

@@ -33,7 +33,7 @@ from exactcreep.model.user_files import difference, refused
 from exactcreep.quasistatic.checkpoint import CheckpointWarning, packed
 from exactcreep.quasistatic.creep import PHYSICS, Interrupted, advanced
 from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.quasistatic.dataset import attribute, fields_of
+from exactcreep.quasistatic.dataset import attribute, content_of_file, fields_of
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.netcdf import netcdf, opened_dataset
 from exactcreep.quasistatic.observed_run import ObservedRun
@@ -328,7 +328,7 @@ class _Folder(NamedTuple):
 
     def save(self, result: Creep) -> None:
         path = self.path / file_of(result.experiment)
-        write_file(path, netcdf({None: result.dataset.assign_attrs(cell=path.stem)}), "out")
+        write_file(path, content_of_file(result, cell=path.stem), "out")
 
 
 @contextmanager

