@@ -7,7 +7,6 @@ import doctest
 import enum
 import importlib
 import inspect
-import re
 import sys
 from collections.abc import Iterator
 from fractions import Fraction
@@ -18,9 +17,6 @@ from numpydoc.docscrape import NumpyDocString
 from numpydoc.validate import validate
 
 import exactcreep
-from exactcreep.solvers.exact.estimated import Estimated
-from exactcreep.studies.thresholds.intercept import Intercept
-from exactcreep.studies.thresholds.threshold import CreepEdge
 from tests.processes import finished
 
 PACKAGE = Path(exactcreep.__file__).parent
@@ -108,19 +104,6 @@ def _completed(kind: type) -> set[str]:
     """Return the names that complete on Tab behind a type or its objects."""
     own = {each.name for each in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else ()
     return {name for name in (*dir(kind), *own) if not name.startswith("_")}
-
-
-TYPES = [kind for kind in PUBLIC.values() if isinstance(kind, type)]
-TYPES += [Estimated, CreepEdge, Intercept]
-
-
-@pytest.mark.parametrize("kind", TYPES, ids=lambda kind: kind.__name__)
-def test_what_completes_on_tab_is_described(kind: type) -> None:
-    inherited = {*dir(tuple), *dir(UserWarning), *getattr(kind, "__members__", ())}
-    said = {word for one in kind.__mro__ for word in re.findall(r"\w+", one.__doc__ or "")}
-    for name in _completed(kind) - inherited - said:
-        members = [vars(one)[name] for one in kind.__mro__ if name in vars(one)]
-        assert any(getattr(member, "__doc__", None) for member in members), name
 
 
 def test_a_run_has_few_attributes() -> None:

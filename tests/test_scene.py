@@ -85,15 +85,6 @@ def field_of(scene: Scene, settings: dict[str, Any]) -> str:
     return refused.value.name
 
 
-def test_dilations_of_each_spring_are_refused_where_only_one_is_understood() -> None:
-    springs = {"drive": {"kind": "path", "theta": [["0.001", 0, 0]]}}
-    chain = {"n": 4, "l0": 1000, "mu_d": "0.5", "mu_s": "0.5", "tan_alpha": 0}
-    lead = {"material": "lead", "length": 6, "section": 1, "mu_d": "0.4", "mu_s": "0.5"}
-    solid = {**lead, "tan_alpha": "0.3", "contacts": 4, "time_unit": 60}
-    for about in ({"physical": solid}, {"chain": chain, "run": {"solver": "sliding"}}):
-        assert field_of(Scene.from_mapping(springs | about), {}) == "drive.theta"
-
-
 def test_a_record_is_looked_for_beside_the_scene_and_refused_by_key(tmp_path: Path) -> None:
     (tmp_path / "roof.csv").write_text("time,temperature\n0,20\n1,30\n2,15.5\n")
     drive = '[drive]\nkind = "record"\nfile = "roof.csv"\nkappa = 2.9e-5\nT0 = 20\n'
@@ -115,19 +106,15 @@ def span(steps: str) -> tuple[str, str]:
     ("change", "told"),
     [
         (("n = 3", "nn = 3"), "chain.nn = 3: is not a key of a scene; did you mean chain.n?"),
-        (("cycles = 5", "cycles = 5\n[runs]"), "did you mean run?"),
         (("n = 3", ""), "chain.n is missing"),
         (('"3/5"', "0.4"), "chain.mu_s = '0.4': must be at least mu_d = 0.5"),
         (('"cycles"', '"cycle"'), "drive.kind = 'cycle': must be one of " + ", ".join(DRIVES)),
         (("cycles = 5", "cycles = 5\n[run]\nstart='?'"), "run.start = '?': must be \"relaxed\""),
         (("cycles = 5", "cycles = 5\n[run]\nstart={tensions=[0]}"), "run.start.tensions = 1: must"),
-        (("cycles = 5", "cycles = 5\n[run]\nstart={size=1,theta=0}"), "start.theta = 0: cannot"),
         (("[chain]", "vary = 3\n[chain]"), "vary = 3: must be a table, [vary]"),
         (("cycles = 5", "cycles = 5\n[vary]\nchain.n=3"), "vary.chain.n = 3: must be a list"),
         (("n = 3", "n = 3\nn = 4"), "must be a TOML file: Cannot overwrite a value"),
-        (("n = 3", "n = " + "9" * 10_000), "must be a TOML file: a number is too long"),
         (span("from = 0, to = 1, step = 0.3"), "amplitude.step = '0.3': must divide the way"),
-        (span("from = 0, to = 1, step = -0.5"), "amplitude.step = '-0.5': must lead from 0 to 1"),
         (span("from = 0, to = 1, step = 1e-7"), "step = '1e-7': must make at most 1000000 members"),
         (span("from = 0, to = 1"), "must have from, to and step"),
         (span('from = 0, to = "1/3", step = 1'), "amplitude.step = 1: must divide the way"),
@@ -159,7 +146,6 @@ def test_a_set_value_is_read_as_toml_or_as_it_stands(text: str, value: object) -
         ),
         ("from = 1, to = 0.5, step = -0.25", [1, "0.75", "0.5"]),
         ("from = 0, to = 1e-2, step = 5e-3", [0, "0.005", "0.01"]),
-        ("from = 7, to = 7, step = 1", [7]),
     ],
 )
 def test_equal_steps_are_the_decimals_that_would_be_written(

@@ -31,22 +31,7 @@ EVERY = {
     "threshold": (("--n", "2", "--after", "3", "--digits", "6"), "out plot"),
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
-    "compare": (
-        (
-            "two-sliders-cycles",
-            "--set",
-            "drive.cycles=100",
-            "--seeds",
-            "2",
-            "--events",
-            "20",
-            "--dts",
-            "0.5",
-            "--digits",
-            "20",
-        ),
-        "out plot",
-    ),
+    "compare": ((*SHORT, "--seeds", "1", "--events", "20", "--dts", "0.5"), "out plot"),
 }
 ENDINGS = {"out": ".nc", "plot": ".png"}
 BEGINNINGS = {".nc": b"\x89HDF", ".png": b"\x89PNG", ".gif": b"GIF8"}
@@ -98,14 +83,7 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
     assert told.out.strip()
     assert all(len(row) <= 80 for row in told.out.splitlines() if "  " in row)
     if name not in SILENT:
-        told_in_full = command(*line, "--json").json
-        assert told_in_full
-    if name == "compare":
-        rows = {row["method"]: row for row in told_in_full["methods"]}
-        verlet = rows["verlet, dt = 0.5"]
-        bias, off = re.findall(r"^verlet 0\.5 .* (\S+) ± (\S+) *$", told.out, re.MULTILINE)[0]
-        assert float(bias) == pytest.approx(100 * verlet["bias"], abs=0.1 * float(off))
-        assert float(off) == pytest.approx(100 * verlet["bias_error"], rel=0.05)
+        assert command(*line, "--json").json
     if name == "show":
         assert drawn[0].axes[1].get_title(loc="right") == "inside half-cycles 3 to 6"
         assert "at most 8" in command("show", "run.nc", "--half-cycle", "9").sentence
@@ -150,7 +128,6 @@ def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> N
         (f"{QUICK} --n 2,4", "--set vary.chain.n=[2,4]"),
         (f"{QUICK} --set chain.n=[2,4]", "several values are for vary.chain.n"),
         ("run six-slider-cycles", "did you mean six-sliders-cycles? It must be a"),
-        (f"{QUICK} --set chain.nn=3", "did you mean chain.n?"),
         (f"{QUICK} --dt 0.01", "'dt': solver 'exact' does not take it"),
         (
             f"{QUICK} --seeds 2 --checkpoint a.ckpt",
@@ -163,27 +140,15 @@ def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> N
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif"),
         ("run --n=8", "run takes a scene; set its chain.n with --set chain.n=8"),
         (f"{QUICK} --max-second 8", "run has no option --max-second (did you mean --max-seconds?)"),
-        ("xyzzy", "No such command 'xyzzy'"),
-        (f"{SEARCH} --n 0", "n = "),
-        (f"{SEARCH} --tan-alpha 0.6", "tan_alpha"),
         (f"{SEARCH} --bracket 0.0001 0.0002", "--from LO --to HI --points 1"),
         (f"{SEARCH} --from 0.001 --to 0.002", "from"),
-        (f"{SEARCH} --mu-s 0.5 --tan-alpha 0.1", "tan_alpha = "),
         (f"{SEARCH} --solver verlet", "solver"),
         (f"{SEARCH} --sigma-mu 0.01", "digits = '9': belongs to kind='edge'"),
         (f"{SEARCH} --sigma-mu 0.01 --kind edge", "--kind intercept"),
-        (f"{SEARCH} --kind intercept", "and this is an intercept"),
         (f"{SEARCH} --seed 3", "belongs to kind='intercept', and this is an edge"),
-        (f"{SEARCH} --kind slope", "must be edge or intercept"),
         ("threshold --n 6", "`survival` how long, `threshold` with `after`"),
-        ("threshold --kind intercept --n 1", "one slider has no spring"),
-        ("threshold --n 6 --sigma-mu 0.01 --tan-alpha 0.55", "tan_alpha"),
         ("threshold --n 6 --sigma-mu 0.01 --fit 2 1.2", "fit"),
-        ("survival --n 6 --amplitude 0.001 --size -1", "size"),
         ("fate --n 6 --amplitude 0.001 --sigma-mu 0.01", "survival"),
-        ("fate --n 6 --amplitude 0.001 --mu-s 0.5", "mu_s"),
-        ("fate --n 6 --amplitude -0.001", "amplitude"),
-        ("compare six-sliders-cycles --digits many", "digits"),
         *moved.COMMANDS.items(),
     ],
 )

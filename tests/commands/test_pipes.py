@@ -9,9 +9,6 @@ import pytest
 
 from tests.processes import PATIENCE, PROGRAM, begun, finished
 
-STARTS = 'vary.run.start=["relaxed", {size=1e-6, seed=1}]'
-RUN = ("run", "two-sliders-cycles", "--set", "drive.cycles=2", "--set",
-       "vary.chain.tan_alpha=[0.1, 0.2]", "--set", STARTS)  # fmt: skip
 FEW_EVENTS = ("run", "two-sliders-cycles", "--max-events", "50")
 
 
@@ -23,13 +20,6 @@ def test_a_reader_that_has_seen_enough_changes_no_status(line: tuple[str], statu
         assert process.wait(PATIENCE) == status
         assert process.stderr is not None
         assert process.stderr.read() == ""
-
-
-def test_a_pipe_gets_every_row_of_a_table_whole() -> None:
-    rows = finished(*PROGRAM, *RUN, COLUMNS="").stdout.splitlines()
-    assert [row.split()[0] for row in rows[2:6]] == ["0.1", "0.1", "0.2", "0.2"]
-    assert not any(row.endswith(" ") for row in rows)
-    assert max(map(len, rows)) > 80  # wider than a terminal, and not folded
 
 
 def test_what_a_set_up_forbids_is_said_in_plain_letters(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from exactcreep import Creep, Outcome, creep, load_scene
+from exactcreep import Creep, creep, load_scene
 from exactcreep.commands.run import beside, foretelling
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from exactcreep.results import Progress
@@ -31,10 +31,6 @@ def cycles(count: int, *more: str) -> tuple[str, ...]:
 
 
 QUICK = (*SIX, *cycles(10))
-
-
-def words(text: str) -> str:
-    return " ".join(text.split())
 
 
 def test_what_a_run_still_takes_is_told_without_the_part_in_its_checkpoint(
@@ -100,27 +96,6 @@ def test_the_readme_shows_what_is_printed_where_no_terminal_folds_it(
     assert f": {drawn[0].get_suptitle()}\n" in shown[1]
 
 
-def test_below_its_threshold_the_equation_of_the_paper_says_nothing(command: Command) -> None:
-    for slope in ("1/4", "-1/4", "0"):
-        given = "--set", "drive.amplitude=1e-5", "--set", f"chain.tan_alpha={slope}"
-        below = command(*SIX, *cycles(5), *given).out
-        assert ("paper, Eq. 23 none: below its threshold" in words(below)) == (slope != "0")
-
-
-# --- what is written -----------------------------------------------------------------------------
-
-
-def test_the_data_that_are_written_are_those_of_the_run(command: Command) -> None:
-    told = command(*SIX, *cycles(10**5), "--max-events", "20000", "--out", "run.nc", "--json")
-    loaded = Creep.load("run.nc")
-    assert told.code == 3
-    assert told.json.items() >= loaded.summary().items()
-    assert loaded.reason == "max_events = 20000 was reached"
-    assert (loaded.outcome, loaded.solver) == (Outcome.LIMIT, "exact")
-    assert min(loaded.velocity, loaded.half_cycles) > 0
-    assert not loaded.experiment.twin  # nobody asked for it
-
-
 # --- checkpoints ---------------------------------------------------------------------------------
 
 
@@ -174,15 +149,6 @@ def test_trajectories_are_drawn_in_one_picture_unless_a_number_has_three_values(
     slopes = "--set", "vary.chain.tan_alpha=[0.1,0.2,0.3]", "--plot", "b.png"
     assert command(*TWO, *cycles(4), *slopes).code == 0
     assert "alpha" in drawn[-1].axes[0].get_xlabel()  # velocities
-
-
-def test_what_is_no_checkpoint_is_refused_and_none_is_overwritten(command: Command) -> None:
-    Path("a.ckpt").write_text("PK")
-    assert "is not a checkpoint of version" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
-    assert Path("a.ckpt").read_text() == "PK"
-    assert command(*QUICK, "--checkpoint", "a.ckpt", "--force").code == 0
-    with pytest.warns(CheckpointWarning, match="the run has ended"):
-        assert command(*QUICK, "--checkpoint", "a.ckpt").code == 0
 
 
 # --- signals and the compiler --------------------------------------------------------------------

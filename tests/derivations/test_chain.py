@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from fractions import Fraction as F
-from itertools import combinations, pairwise
+from itertools import pairwise
 from random import Random
 
 import pytest
 
-from derivations.chain import Avalanche, RationalChain, play_variation
+from derivations.chain import Avalanche, RationalChain
 
 
 def test_a_slider_exactly_at_its_threshold_stays() -> None:
@@ -46,35 +46,3 @@ def test_forces_are_those_of_the_places_whatever_the_path(static: F | None) -> N
             tensions = [F(0), *inner, F(0)]
             assert chain.forces == [b - a + chain.slope for a, b in pairwise(tensions)]
             assert max(map(abs, chain.forces)) <= chain.holds
-
-
-def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
-    """From a start that the first value does not push, and fixed by the first that does."""
-    random = Random(7)
-    for _ in range(60):
-        values = [F(random.randint(0, 12)) for _ in range(9)]
-        level = F(random.randint(0, 8), 2)
-        best = max(
-            sum((max(abs(b - a) - level, F(0)) for a, b in pairwise(chosen)), F(0))
-            for size in range(1, 10)
-            for chosen in combinations(values, size)
-        )
-        least = min(
-            sum(play_variation(values, level, start)[1:], F(0))
-            for start in (values[0] - level / 2 + F(k, 2) for k in range(int(2 * level) + 1))
-        )
-        assert least == best
-
-
-def test_at_the_slope_of_its_friction_all_of_a_chain_slides_down_but_one_end() -> None:
-    """All are at their threshold: dilated, the uppermost stays, and contracted, the lowermost."""
-    for size in range(2, 6):
-        chain = RationalChain(size, F(1, 2), F(1, 2))
-        chain.to(F(3))
-        assert chain.x == [3 * k for k in range(size)]
-        chain.to(F(0))
-        assert chain.x == [3 * (size - 1)] * size
-        assert chain.forces == [F(1, 2)] * size
-        uphill = RationalChain(size, F(-1, 2), F(1, 2))
-        uphill.to(F(3))
-        assert uphill.x == [-3 * k for k in reversed(range(size))]

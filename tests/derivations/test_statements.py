@@ -9,10 +9,9 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derivations import beyond, gaussian, modes, shakedown, sliding_limit, slip, two_sliders
+from derivations import beyond, gaussian, modes, shakedown, sliding_limit, slip, two_sliders, unlike
 from derivations.ledger import Entry, entries, entry_of
-from derivations.model import MODEL, Model, T
-from derivations.notation import N, mu_d, symbol
+from derivations.notation import N, symbol
 from derivations.proof import Line
 from tests.derivations import mutants as mutation
 from tests.derivations.statements import survivors
@@ -94,6 +93,8 @@ WORK = beyond.speed * beyond.gap
         (shakedown.at_rest, (SHARED, ROOM, FORCE),
          [([FORCE / sum(WHOLE) * part for part in WHOLE], ROOM, FORCE),
           (SHARED, ROOM, 2 * FORCE)]),
+        (unlike.within_steps, (sp.Max,),
+         [(sp.Add,), (lambda *both: 2 * sp.Max(*both),), (lambda one, other: one - other,)]),
         (beyond.in_the_normal_cone, ([HOLDS], WORK),
          [([HOLDS, BROKEN], WORK), ([HOLDS], -WORK)]),
     ],
@@ -104,16 +105,6 @@ def test_a_check_holds_what_is_right_and_refuses_what_is_nearly_right(
 ) -> None:
     assert check(*held)
     assert not any(check(*wrong) for wrong in refused)
-
-
-def test_a_tension_that_changes_by_different_steps_is_refused() -> None:
-    class Uneven(Model):
-        def force(self, slider: sp.Expr) -> sp.Expr:
-            return slider * mu_d + T(slider) - T(slider - 1)
-
-    with pytest.raises(ValueError, match="different steps"):
-        Uneven().tension(N, 0, 1)
-    assert not MODEL.tension(N, 0, 1).has(T)
 
 
 AS_GOOD = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction as F
@@ -49,16 +49,6 @@ def test_inertia_or_other_end_forces_refute_the_law() -> None:
     assert any(line.fault for line in unlike.derive(uneven).lines)
 
 
-def test_the_rule_of_springs_needs_a_choice_between_two_sequences() -> None:
-    assert unlike.within_steps()
-    refused: list[Callable[..., sp.Expr]] = [
-        lambda first, second: first + second,
-        lambda first, second: 2 * sp.Max(first, second),
-        lambda first, second: first - second,
-    ]
-    assert not any(map(unlike.within_steps, refused))
-
-
 @pytest.mark.parametrize("size", unlike.SIZES)
 def test_another_width_or_slope_is_refused_by_chains_in_rational_arithmetic(size: int) -> None:
     """Of ten chains, as one whose pivots are the same does not move whatever the width."""
@@ -67,21 +57,6 @@ def test_another_width_or_slope_is_refused_by_chains_in_rational_arithmetic(size
         moved = [unlike.follows_the_plays(deepcopy(random), size, 8, share) for random in seeds]
         sloped = [unlike.follows_the_slope(deepcopy(random), size, share) for random in seeds]
         assert (all(moved), all(sloped)) == (share == 1, share == 1)
-
-
-def test_the_slider_that_rests_is_the_one_whose_friction_exceeds_what_it_feels() -> None:
-    random = Random(3)
-    for _ in range(60):
-        friction = [F(random.randint(1, 40), 20) for _ in range(random.randint(1, 7))]
-        pull = F(random.randint(-50, 50), 20)
-        for way in (1, -1):
-            feels = [
-                abs(pull - way * (sum(friction[k + 1 :]) - sum(friction[:k])))
-                for k in range(len(friction))
-            ]
-            within = [k + 1 for k, felt in enumerate(feels) if felt < friction[k]]
-            found = unlike.resting(friction, pull, way)
-            assert within == ([] if found is None else [found])
 
 
 def test_the_witness_of_chains_that_differ_agrees_with_that_of_equal_ones() -> None:

@@ -25,7 +25,6 @@ from exactcreep import (
     Experiment,
     GaussianSteps,
     InputError,
-    Outcome,
     State,
     Targets,
     TemperatureRecord,
@@ -114,11 +113,8 @@ EXPERIMENT = Scene.from_text(SCENE).experiment()
 CALLS: list[Callable[[Any, Any], Any]] = [
     *(lambda a, b, name=name: Chain(**GOOD | {name: a}) for name in GOOD),
     lambda a, b: Targets([0, a, b]), lambda a, b: State.prepared(CHAIN, [a, b]),
-    lambda a, b: disorder.dilations(GaussianSteps(1, 2), a, b, 1),
     lambda a, b: State.prepared(CHAIN, [0, 0], theta=a, seed=b),
     lambda a, b: State.perturbed(CHAIN, a, start_seed=b),
-    lambda a, b: disorder.static_coefficient(CHAIN, a, 1, 0),
-    lambda a, b: disorder.static_coefficient(CHAIN, 0, a, b),
     lambda a, b: creep(a, RUN), lambda a, b: creep(CHAIN, a),
     lambda a, b: rearrange(a, REST, direction=1), lambda a, b: rearrange(CHAIN, a, direction=1),
     lambda a, b: rearrange(CHAIN, REST, direction=a),
@@ -198,14 +194,6 @@ def test_a_drive_beyond_the_largest_float_is_refused(solver: str) -> None:
     for drive in too_far:
         with pytest.raises(InputError, match="largest float"):
             creep(CHAIN, drive, solver=solver)
-
-
-def test_springs_as_long_as_floats_reach_take_what_dilation_leaves_room_for() -> None:
-    huge = Chain(3, "1e308", "0.5", "0.6", tan_alpha="0.25")
-    assert creep(huge, Cycles(0, 1)).outcome is Outcome.AT_REST
-    theta = State.prepared(huge, ["0", "0"], theta="1e10")
-    with pytest.raises(InputError, match=r"^start\.theta = "):
-        creep(huge, Cycles(0, 1), start=theta)
 
 
 @FUZZ

@@ -85,9 +85,7 @@ def hard() -> Iterator[tuple[str, Chain, Drive]]:
         chain = chain_of(n, sigma_mu=0, tan_alpha=0)
         yield f"tie by symmetry, N = {n}", chain, cycles(chain, 1)
     chain = chain_of(3, sigma_mu=0, tan_alpha="0.2")
-    yield "tie by numbers, tan_alpha = 1/5", chain, cycles(chain, 1)
-    chain = chain_of(4, 5, mu_d=1, mu_s="1.2", sigma_mu=0, tan_alpha="3/4")
-    yield "tie by numbers, tan_alpha = 3/4", chain, cycles(chain, 2)
+    yield "tie by numbers", chain, cycles(chain, 1)
 
 
 with warnings.catch_warnings(action="ignore", category=PhysicsWarning):
@@ -154,14 +152,6 @@ def test_lone_slips_lose_what_the_law_says() -> None:
     lost = math.fsum(run.recorded["rearrangement_dissipation"])
     assert lost == pytest.approx(law, rel=1e-15, abs=0)
     assert remainder_error(run) < 1e-12
-
-
-@pytest.mark.slow
-def test_a_billion_slips_keep_the_remainder() -> None:
-    drive = Cycles(Fraction(PAIR.excess) / 10, 5_200_000)
-    result = creep(PAIR, drive, start=START, record=(), max_events=3 * 10**9)
-    assert result.slip_count > 10**9
-    assert remainder_error(result) < 1e-9
 
 
 def test_without_columns_the_memory_of_a_run_does_not_grow_with_its_length() -> None:

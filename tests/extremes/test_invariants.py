@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -18,26 +17,14 @@ pytestmark = pytest.mark.filterwarnings(f"ignore::{PhysicsWarning.__module__}.Ph
 MOST_EVENTS = 1500
 
 
-@dataclass(frozen=True)
-class Case:
-    """A chain below mu_d, where it is taken to, and the key of its disorder."""
-
-    chain: Chain
-    theta: tuple[Fraction, ...]
-    seed: int
-
-    def run(self, **more: object) -> Creep:
-        run = {"seed": self.seed, "max_events": MOST_EVENTS} | more
-        return creep(self.chain, Targets(self.theta), **run)
-
-
 def rationals(low: int, high: int, over: int) -> st.SearchStrategy[Fraction]:
     return st.integers(low, high).map(lambda k: Fraction(k, over))
 
 
 @st.composite
-def cases(draw: st.DrawFn, *, largest: int = 12) -> Case:
-    n = draw(st.integers(2, largest))
+def cases(draw: st.DrawFn) -> tuple[Chain, list[Fraction], int]:
+    """Draw a chain below mu_d, where it is taken to, and the key of its disorder."""
+    n = draw(st.integers(2, 12))
     l0 = draw(st.sampled_from([Fraction(1, 10**6), Fraction(1), Fraction(1000), Fraction(10**15)]))
     mu_d = draw(rationals(1, 999, 1000))
     excess = draw(st.sampled_from(["1e-3", "0.02", "0.1", "1"]))
@@ -46,7 +33,7 @@ def cases(draw: st.DrawFn, *, largest: int = 12) -> Case:
     chain = Chain(n, l0, mu_d, mu_d + Fraction(excess), noise, tan_alpha=slope)
     unit = Fraction(chain.times_cosine(mu_d + Fraction(excess)))
     reach = draw(st.lists(rationals(-300, 300, 100), min_size=1, max_size=4))
-    return Case(chain, tuple(r * unit / l0 for r in reach), draw(st.integers(0, 2**64 - 1)))
+    return chain, [r * unit / l0 for r in reach], draw(st.integers(0, 2**64 - 1))
 
 
 LOAD = settings(max_examples=20, deadline=None, derandomize=True, database=None,
@@ -83,19 +70,25 @@ def pair(amplitude: str, **changed: object) -> Case:
 @example(pair("0.01", mu_s="0.55", sigma_mu="0.1", tan_alpha="0.01"), [])
 @example(pair("0.01", mu_s="1.45", sigma_mu="0.5", tan_alpha="-0.48"), [])
 @given(cases(), st.lists(rationals(1, 99, 100), max_size=5))
-def test_breakpoints_and_output_change_no_bit(case: Case, cuts: list[Fraction]) -> None:
-    plain = case.run()
+def test_breakpoints_and_output_change_no_bit(
+    case: tuple[Chain, list[Fraction], int], cuts: list[Fraction]
+) -> None:
+    chain, path, seed = case
+
+    def run(theta: list[Fraction], **more: object) -> Creep:
+        return creep(chain, Targets(theta), seed=seed, max_events=MOST_EVENTS, **more)
+
+    plain = run(path)
     if plain.outcome is Outcome.LIMIT:
         return
     broken: list[Fraction] = []
     before = Fraction(0)
-    for theta in case.theta:
+    for theta in path:
         broken += [before + cut * (theta - before) for cut in sorted(cuts)] + [theta] * 2
         before = theta
-    others = (
-        creep(case.chain, Targets(broken), seed=case.seed, max_events=MOST_EVENTS),
-        case.run(record=("x", "tension", "slips", "events")),
-        case.run(record=()),
-    )
-    for other in others:
+    for other in (
+        run(broken),
+        run(path, record=("x", "tension", "slips", "events")),
+        run(path, record=()),
+    ):
         assert same_motion(plain, other)

@@ -6,7 +6,6 @@ import io
 import json
 import string
 import sys
-from decimal import Context, Decimal
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Drive, GaussianSteps, Outcome, creep, fate, threshold
+from exactcreep import Chain, Cycles, Drive, GaussianSteps, creep
 from tests.conftest import Command
 from tests.paper import paper_chain
 
@@ -29,14 +28,11 @@ QUIETEST = Chain(2, "1e300", "0.5", "0.6", tan_alpha="0.25")
         (THREE, GaussianSteps("0.003", 50), {"twin": True}),
         (THREE, Cycles("5e-324", 2), {}),
         (QUIETEST, Cycles("1e-300", 2), {}),
-        (paper_chain(4, tan_alpha="0.55"), Cycles("0.01", 99), {}),
-        (paper_chain(40), Cycles("0.002", 2), {}),
         (THREE, Cycles("0.0015", 4), {"solver": "sliding"}),
         (THREE, Cycles("0.0015", 4), {"solver": "verlet", "dt": "0.05"}),
         (THREE, Cycles("0.0005", 1), {"solver": "certified"}),
     ],
-    ids=["tables", "copies", "denormal", "long springs", "runaway", "long", "sliding", "verlet",
-         "certified"],
+    ids=["tables", "copies", "denormal", "long springs", "sliding", "verlet", "certified"],
 )  # fmt: skip
 def test_numpy_that_raises_what_it_passes_over_changes_nothing(
     chain: Chain, drive: Drive, words: dict[str, Any]
@@ -50,7 +46,7 @@ FATE = ("fate", "--n", "2", "--amplitude", "0.001")
 ANSWERS = (("--help",), ("run", "--help"), ("scenes",), FATE)
 
 
-@pytest.mark.parametrize("columns", ["0", "1", "5", "6", "7", "10", "-3", "x", "999999999"])
+@pytest.mark.parametrize("columns", ["0", "1", "6", "10", "-3", "x", "999999999"])
 def test_a_terminal_of_any_width_shows_answers(
     columns: str, command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -71,23 +67,7 @@ def test_a_process_without_a_stream_computes_all_the_same(
     monkeypatch.setattr(sys, name, stream if closed else None)
     pair = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     assert creep(pair, Cycles("0.001", 5), progress=True).half_cycles == 10
-    assert threshold(pair, digits=3).lower is not None
-    assert fate(pair, "0.001").outcome is Outcome.CREEPING
     assert [command(*words).code for words in (*ANSWERS, ("scenes", "nothing"))] == [0, 0, 0, 0, 2]
-
-
-def test_python_s_limit_for_digits_of_integers_ends_no_answer(command: Command) -> None:
-    usual = sys.get_int_max_str_digits()
-    sys.set_int_max_str_digits(640)
-    try:
-        told = command("threshold", "--n", "2", "--digits", "700", "--json")
-    finally:
-        sys.set_int_max_str_digits(usual)
-    assert told.code == 0, told.err
-    lower, upper = (Decimal(told.json[name]) for name in ("lower", "upper"))
-    edge = Context(prec=800).divide(Decimal("0.0014"), Context(prec=800).sqrt(Decimal(17)))
-    assert lower <= edge <= upper
-    assert len(lower.as_tuple().digits) >= 700
 
 
 HOSTILE = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202e"

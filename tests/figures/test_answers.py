@@ -1,8 +1,6 @@
-"""Pictures of answers and records: sides of a threshold, fates, lives, fits, temperatures."""
+"""Pictures of answers: sides of a threshold, fates, lives, fits."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,9 +8,7 @@ from numpy.testing import assert_allclose
 
 from exactcreep import Chain, Cycles, State, creep, fate, laws, survival, threshold
 from exactcreep.figures.fate import draw_fate, draw_survival
-from exactcreep.figures.record import draw_record
 from exactcreep.figures.threshold import draw_threshold
-from exactcreep.records.temperature_record import TemperatureRecord
 from tests.pictures import assert_shows_data, line
 
 TWO = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
@@ -85,17 +81,3 @@ def test_an_intercept_is_drawn_by_its_velocities_and_the_line_through_them() -> 
     places, fitted = line(axes, "zero at")
     assert_allclose(fitted, found.slope * (places - found.intercept))
     assert_allclose(places, [found.intercept, found.amplitudes.max()])
-    bare = threshold(rough, max_seconds="1e-9")
-    low, high = draw_threshold(bare).axes[0].get_xlim()
-    assert 0 < low < bare.law_seuil < high < 2 * bare.law_seuil
-
-
-def test_a_record_is_drawn_by_its_readings(tmp_path: Path) -> None:
-    path, dates = tmp_path / "station.csv", np.datetime64("2000-01-01") + np.arange(300)
-    readings = 10 + 8 * np.cos(np.arange(300)) - 9 * (np.arange(300) == 100)
-    rows = (f"{date},{reading:.1f}" for date, reading in zip(dates, readings, strict=True))
-    path.write_text("\n".join(["date,temperature (°F)", *rows]))
-    record = TemperatureRecord.readings(path)
-    (axes,) = assert_shows_data(draw_record(record, "station.csv"), framed=True).axes
-    assert axes.get_ylabel() == "temperature (°F)"
-    assert np.array_equal(line(axes, 0)[1], record.temperatures)

@@ -93,14 +93,6 @@ def test_a_run_of_another_program_is_not_drawn_from_inside() -> None:
         inside(other, 20)
 
 
-def test_a_run_that_recorded_avalanches_is_drawn_by_their_sizes_and_durations() -> None:
-    run = ec.creep(SIX, DRIVE, seed=3, record=("x_G", "rearrangements"))
-    for axes, measure in zip(
-        assert_shows_data(draw_run(run)).axes, ("size", "duration"), strict=True
-    ):
-        assert_array_equal(line(axes, 0), line(run.plot.avalanches(measure), 0))
-
-
 @pytest.mark.parametrize("years", [1, 6])
 def test_a_descent_is_drawn_in_time_or_year_by_year_beside_those_of_other_frictions(
     years: int,
