@@ -89,20 +89,6 @@ def unlike(random: Random) -> Case:
     return Case(chain, F(random.randint(40, 250), 10**5) * n / 5)
 
 
-def long_unlike(random: Random) -> Case:
-    """Return a case of up to thirty sliders that differ, up to just below where friction holds."""
-    n = random.choice([random.randint(4, 8), random.randint(9, 30)])
-    jump, scatter = random.randint(3, 30) / 100, random.choice([1, 10, 100])
-    friction = [F(500 + random.randint(-scatter, scatter), 1000) for _ in range(n)]
-    static = [mu + F(str(jump)) for mu in friction]
-    sigma = random.choice([F(0), F(0), F(str(jump)) / 10])
-    share = F(random.choice([random.randint(0, 98), random.randint(80, 98)]), 100)
-    chain = ec.Chain(n, 1000, friction, static, sigma, tan_alpha=share * sum(friction) / n)
-    half = float(ec.laws.differing_intercept(friction, chain.tan_alpha))
-    beyond = random.choice([random.uniform(0.2, 1.2) * half, half + random.uniform(0, 8) * jump])
-    return Case(chain, F(beyond).limit_denominator(10**6) / 1000)
-
-
 def of_its_own(chain: ec.Chain, random: Random) -> ec.State | None:
     """Return a start with tensions and coefficients of its own; None for one slider."""
     if chain.n == 1:
@@ -219,22 +205,6 @@ def test_no_two_parts_contradict_each_other_on_an_unlike_chain(part: int) -> Non
     assert proved >= 3
 
 
-@pytest.mark.parametrize("part", [0, pytest.param(1, marks=pytest.mark.slow)])
-def test_theorems_laws_and_runs_of_long_chains_that_differ_do_not_contradict(part: int) -> None:
-    random, known, resting = Random(f"long {part}"), 0, 0
-    for _ in range(16):
-        case = long_unlike(random)
-        claims = [*of_theorems(case), *of_law(case)]
-        claims += of_run(ec.creep(case.chain, ec.Cycles(case.amplitude, 60), record=()))
-        if case.chain.sigma_mu == 0 and case.chain.n <= 12:
-            claims += of_fate(ec.fate(case.chain, case.amplitude, solver="exact", cycles=60))
-        assert_none_contradict(case, claims)
-        known += any("measured" in claim.who for claim in claims)
-        resting += any(claim.proved and claim.low == claim.high == 0 for claim in claims)
-    assert known >= 2
-    assert resting >= 2
-
-
 def test_what_is_drawn_is_claimed_about_in_every_way() -> None:
     """A test that asks nobody finds no contradiction: each part claims something."""
     claims = [claim for part in FAST for _, of_case in asked(part) for claim in of_case]
@@ -288,8 +258,6 @@ def test_a_drift_below_two_standard_errors_is_not_called_creep() -> None:
     assert (result.outcome, result.outcome_evidence) == (ec.Outcome.CYCLING, ec.Evidence.UNDECIDED)
     bound = float(result.reason.rpartition(" ")[2])
     assert bound == pytest.approx(abs(result.velocity) + 2 * result.velocity_error, rel=0.1)
-    level = ec.creep(captions(6, "0.01", tan_alpha="0"), ec.GaussianSteps("0.01", 400), seed=3)
-    assert (level.outcome, level.outcome_evidence) == (ec.Outcome.CYCLING, ec.Evidence.UNDECIDED)
 
 
 def test_a_chain_that_creeps_uphill_and_its_mirror_image_say_so() -> None:

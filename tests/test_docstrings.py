@@ -106,8 +106,6 @@ def _completed(kind: type) -> set[str]:
     return {name for name in (*dir(kind), *own) if not name.startswith("_")}
 
 
-
-
 def test_a_run_has_few_attributes() -> None:
     assert len(_completed(exactcreep.Creep)) <= 45
 

@@ -26,7 +26,7 @@ from exactcreep.quasistatic.plain import text_of, value_of
 from exactcreep.quasistatic.writing import check_output, locked, write_file
 from exactcreep.solvers.registry import SOLVERS
 
-VERSION = 17
+VERSION = 18
 MOST_BYTES = 2**31
 """Largest size of a checkpoint."""
 LINE = b"exactcreep checkpoint %d\n" % VERSION

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import Enclosure, as_float, floats
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
@@ -19,7 +20,6 @@ from exactcreep.quasistatic.observer import Observer
 from exactcreep.quasistatic.physical_range import PhysicalRange
 from exactcreep.quasistatic.predictability import Predictability
 from exactcreep.quasistatic.recorder import Recorder
-from exactcreep.quasistatic.return_observer import ReturnObserver
 from exactcreep.quasistatic.summary import attribute_of
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
 from exactcreep.solvers.interface import (
@@ -30,12 +30,20 @@ from exactcreep.solvers.interface import (
     require_at_rest,
     require_like,
 )
+from exactcreep.solvers.return_map import ReturnMap
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, RECORDS
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
 
 PAUSE = 0.1  # seconds between two checks of a run
 _MOST_NUMBERS = 1 << 18  # in a column, recorded at once
+
+
+class Returns(ReturnMap, Observer):
+    """Whether the tensions of a run have returned at the ends of its cycles."""
+
+    needs = ("tension", "slips")
+    state = ("ends", "forgotten", "noted", "begun", "unlike")
 
 
 class ObservedRun:
@@ -56,7 +64,9 @@ class ObservedRun:
         self.recorder = Recorder(experiment)
         self.velocity = MeanVelocity(experiment)
         self.range = PhysicalRange(experiment)
-        self.return_map = ReturnObserver(experiment) if experiment.drive.cyclic else None
+        chain, drive = experiment.chain, experiment.drive
+        returns = Returns(chain, experiment.initial, drive) if isinstance(drive, Cycles) else None
+        self.return_map = returns
         self.observers: dict[str, Observer] = {"velocity": self.velocity, "range": self.range}
         if self.return_map is not None:
             self.observers["return_map"] = self.return_map

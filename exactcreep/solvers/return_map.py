@@ -6,12 +6,13 @@ ever, unless a slider lost an initial coefficient on the way. With disorder no c
 threshold. Then only a cycle without any motion shows that nothing will ever move.
 
 `ReturnMap` uses the records of any solver, `settling` follows `exact` up to a return, and
-`studies.fates.proof` uses balls. This module finds the periods, since when they hold, and whether a
-limit is approached like 1/k.
+`studies.fates.proof` uses balls. This module reads the ends of cycles, and finds the periods,
+since when they hold, and whether a limit is approached like 1/k.
 """
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -19,8 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain, frictions, rounding_of
-from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
+from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, exact_value, floats
 from exactcreep.model.numbers import nearest_float
+from exactcreep.model.state import State
+from exactcreep.solvers.interface import Simulation, Stretch
 
 NEAR = 2.0**-40
 """Relative distance within which a value has nearly returned."""
@@ -30,9 +34,8 @@ PATIENCE = 100
 """Successive cycles that must return nearly before `fate` accepts the return."""
 _REMEMBERED = 1024  # cycles, at least, whose ends are stored
 _MOST_KEPT = 2**21  # numbers in all of them
+_X_G, _X_G_LOW, _SLIPS, _KEEP, _TENSIONS = range(5)  # columns of the ends of cycles
 _APPROACH = 64  # equal cycles; fewer do not show how forces approach a limit
-_NOTED = 64  # the longest period that is noted for forgotten cycles
-_X_G, _X_G_LOW, _SLIPS, _TENSIONS = range(4)  # columns of the ends of cycles
 
 
 class LimitCycle(NamedTuple):
@@ -100,31 +103,67 @@ def repeats_since(ends: NDArray[Any], period: int, close: float) -> int:
     return _last(np.abs(ends[period:] - ends[:-period]).max(axis=1, initial=0.0) > close) + 1
 
 
-class ReturnMap:
-    """Stores the ends of the last thousand cycles, and finds returns.
+class CycleEnds(NamedTuple):
+    """The ends of some cycles, a row for each; `slips` of each slider in the cycle before.
 
-    When the store is full, its older half is dropped, with a note of the shortest period that held.
-    The contents depend only on the number of completed cycles.
+    `x_G_low`: what rounding takes from each x_G, 0 if unknown; `keep`: how many sliders have kept
+    an initial coefficient that will not return.
+    """
 
-    Parameters
-    ----------
-    chain : Chain
-    x_G : float
-    tensions : ndarray of float64, shape (n - 1,)
-        Of the start, at the temperature of the ends of cycles.
+    x_G: NDArray[Any]
+    x_G_low: NDArray[np.float64]
+    slips: NDArray[np.int64]
+    keep: NDArray[np.int64]
+    tension: NDArray[Any]
+
+
+class CycleReader:
+    """Reads the ends of cycles from stretches, which may end within a cycle.
 
     Attributes
     ----------
-    alike_since : int
-        The cycle since whose end the static coefficients have not changed.
+    begun : ndarray, shape (1, n)
+        Slips since the end of the last cycle.
+    unlike : ndarray of bool, shape (n,)
+        Which sliders keep an unusual coefficient until they slip. With disorder coefficients never
+        return, and are ignored.
     """
 
-    def __init__(self, chain: Chain, x_G: float, tensions: NDArray[np.float64]) -> None:
+    def __init__(self, chain: Chain, start: State) -> None:
+        self.begun = np.zeros((1, chain.n), dtype=np.int64)
+        self.unlike = (start.coefficients != chain.floats("mu_s")) & (chain.sigma_mu == 0)
+
+    def read(self, stretch: Stretch, first: int) -> CycleEnds:
+        """Return the ends of cycles in the targets of a stretch from `first` on."""
+        recorded, begin = stretch.recorded, first % 2
+        total = np.cumsum(np.concatenate([self.begun, recorded["slips"]]), axis=0)
+        whole = total[begin + 1 :: 2]
+        slips = np.diff(whole, axis=0, prepend=0)
+        self.begun = total[-1:] - slips.sum(axis=0)
+        keep = (np.cumsum(slips[:, self.unlike], axis=0) == 0).sum(axis=1)
+        self.unlike = self.unlike & ~slips.any(axis=0)
+        x_G, tension = (recorded[name][begin::2] for name in ("x_G", "tension"))
+        low = np.zeros(len(x_G)) if stretch.x_G_low is None else stretch.x_G_low[begin::2]
+        return CycleEnds(x_G, low, slips, keep, tension)
+
+
+class ReturnMap(CycleReader):
+    """Stores the ends of the last thousand cycles, and finds returns.
+
+    When the store is full, its older half is dropped, with a note of the period that held.
+    The contents depend only on the number of completed cycles.
+    """
+
+    def __init__(self, chain: Chain, start: State, drive: Cycles) -> None:
+        super().__init__(chain, start)
         self.chain = chain
-        self.ends = np.array([[x_G, 0.0, 0.0, *tensions]])
+        # the start may have another temperature than the ends of cycles
+        ramp = nearest_float(chain.l0 * (exact_value(start.theta) + drive.amplitude))
+        tensions = floats(start.tensions) + ramp * chain.floats("expansion")
+        x_G = math.fsum(floats(start.displacements).tolist()) / chain.n
+        self.ends = np.array([[x_G, 0.0, 0.0, self.unlike.sum(), *tensions]])
         self.forgotten = 0
-        self.noted = (0, 0)  # a period, and since which cycle it held
-        self.alike_since = 0
+        self.noted = (0, 0)  # the period of dropped cycles, and since when it held
         self.known: list[Any] = []  # x_G and tensions of the last cycles, exactly
         self.most = max(min(_REMEMBERED, _MOST_KEPT // chain.n), 2)
         self._close = nearness(chain)
@@ -134,17 +173,12 @@ class ReturnMap:
         """Whole cycles so far."""
         return self.forgotten + len(self.ends) - 1
 
-    def feed(
-        self, x_G: NDArray[Any], x_G_low: Any, tensions: NDArray[Any], slips: NDArray[Any]
-    ) -> None:
-        """Store the ends of some further cycles: a row for each, and its number of slips.
-
-        `x_G_low`: what rounding takes from each x_G, 0 if unknown.
-        """
-        ends = np.empty((len(x_G), self.chain.n + 2))
-        ends[:, _X_G], ends[:, _TENSIONS:] = floats(x_G), floats(tensions)
-        ends[:, _X_G_LOW] = x_G_low
-        ends[:, _SLIPS] = self.ends[-1, _SLIPS] + np.cumsum(slips)
+    def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
+        """Store the ends of cycles in the targets of a stretch from `first` on."""
+        read = self.read(stretch, first)
+        slips = self.ends[-1, _SLIPS] + np.cumsum(read.slips.sum(axis=1))
+        x_G, tensions = read.x_G, read.tension
+        ends = np.column_stack([floats(x_G), read.x_G_low, slips, read.keep, floats(tensions)])
         if tensions.dtype == object:
             pairs = zip(x_G.tolist(), enclosures(tensions).tolist(), strict=True)
             new = [(enclosure(x), row) for x, row in pairs]
@@ -153,45 +187,24 @@ class ReturnMap:
             room = 2 * self.most + 1 - len(self.ends)
             self.ends, ends = np.concatenate([self.ends, ends[:room]]), ends[room:]
             if len(self.ends) > 2 * self.most:
-                self.noted = self._best_period()
+                settled = self.settled()
+                self.noted = (max(settled.period, 1), settled.since) if settled else (0, 0)
                 self.ends = self.ends[self.most :]
                 self.forgotten += self.most
-
-    def _best_period(self) -> tuple[int, int]:
-        """Return the shortest of the periods that have held longest, and since when it has."""
-        noted, earliest = self.noted
-        if not noted:
-            earliest = self.forgotten
-        best = (self.cycles, 1)
-        longest = 1 if self.chain.sigma_mu != 0 else min(_NOTED, self.most)
-        for period in range(1, longest + 1):
-            best = min(best, (self.repeats_since(period), period))
-            if best[0] <= earliest:  # no period can have held longer
-                break
-        since, period = best
-        return period, since
 
     def repeats_since(self, period: int) -> int:
         """Return the first cycle from which on the chain moves with a period, up to its advance.
 
         If that is before the stored cycles, it is the first stored cycle with the noted period.
         """
-        return max(self._moves_since(period), self.alike_since)
-
-    def _moves_since(self, period: int) -> int:
-        steps = np.diff(self.ends[:, _X_G])
-        if steps.size < period:
-            return self.cycles
-        last = -1
-        if steps.size > period:
-            close = NEAR * max(1.0, float(np.abs(self.ends[:, _X_G]).max()))
-            if abs(steps[-1] - steps[-1 - period]) > close:  # the usual case
-                return self.forgotten + steps.size - period
-            last = _last(np.abs(steps[period:] - steps[:-period]) > close)
-        forces = np.diff(self.ends[:, _TENSIONS:], axis=1, prepend=0.0, append=0.0)
-        last = max(last, repeats_since(forces, period, self._close) - 1)
-        if last >= 0:
-            return self.forgotten + last + 1
+        places, tensions = self.ends[:, [_X_G]], self.ends[:, _TENSIONS:]
+        compared = (
+            (np.diff(places, axis=0), NEAR * max(1.0, float(np.abs(places).max()))),
+            (np.diff(tensions, axis=1, prepend=0.0, append=0.0), self._close),
+            (self.ends[:, [_KEEP]], 0.0),
+        )
+        if since := max(repeats_since(rows, period, close) for rows, close in compared):
+            return self.forgotten + since
         noted, since = self.noted
         return since if noted and period % noted == 0 else self.forgotten
 
@@ -201,10 +214,9 @@ class ReturnMap:
             return LimitCycle(0, self.repeats_since(1), 0.0, None)
         if self.chain.sigma_mu != 0:
             return None
-        tensions = self.ends[:, _TENSIONS:]
-        longest = min(LONGEST_PERIOD, self.cycles - self.alike_since)
-        for period in returns(tensions, longest, self._close).tolist():
-            off = float(np.abs(tensions[-1] - tensions[-1 - period]).max(initial=0.0))
+        compared = self.ends[:, _KEEP:]
+        for period in returns(compared, LONGEST_PERIOD, self._close).tolist():
+            off = float(np.abs(compared[-1] - compared[-1 - period]).max(initial=0.0))
             since = self.repeats_since(period)
             if len(self.known) > period:
                 pairs = [*zip(self.known[-1][1], self.known[-1 - period][1], strict=True)]
@@ -221,9 +233,8 @@ class ReturnMap:
 
         Slips must be equal in many cycles, a slider must rest, and changes must decrease.
         """
-        slips = np.diff(self.ends[:, _SLIPS])
-        alike = slips.size - 1 - _last(slips != slips[-1:])
-        alike = min(alike, self.cycles - self.alike_since)
+        slips, lost = np.diff(self.ends[:, [_SLIPS, _KEEP]], axis=0).T
+        alike = slips.size - 1 - _last((slips != slips[-1:]) | (lost != 0))
         found = approach(self.ends[:, _TENSIONS:], alike)
         if found is None or self.chain.sigma_mu != 0 or self._moved(alike).all():
             return None

@@ -28,11 +28,13 @@ from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.copies import NEAR_COPIES, perturbed
 from exactcreep.solvers.exact.solver import Exact, ExactSimulation
-from exactcreep.solvers.interface import Stretch, compile_for
+from exactcreep.solvers.interface import compile_for
 from exactcreep.solvers.return_map import (
     LONGEST_PERIOD,
     PATIENCE,
     Approach,
+    CycleEnds,
+    CycleReader,
     LimitCycle,
     approach,
     nearness,
@@ -94,14 +96,10 @@ class SettlingSearch:
         self._still = nearest_float(no_advance(chain))
         place = float(self.simulation.state().displacements.mean())
         self._place, self._extremes = (place, 0.0), {1: place, -1: -place}
-        # a slider that starts with another coefficient loses it when it slips
-        self._own = (start.coefficients != chain.floats("mu_s")) & (chain.sigma_mu == 0)
-        self._lost = np.zeros(self._own.sum(), dtype=bool)
+        self._reader, self._done = CycleReader(chain, start), 0  # targets
         self._slips = np.zeros(chain.n, dtype=np.int64)  # of the last cycle
-        # tensions and lost coefficients at the ends of the last cycles; the last advance until then
-        self._ends = np.empty((0, chain.n - 1 + self._lost.size))
-        self._advances = np.empty(0, dtype=np.int64)
-        self._half: list[NDArray[Any]] | None = None  # rows of a cycle that is not complete
+        # at the ends of the last cycles: the last advance, kept coefficients, tensions
+        self._ends = np.empty((0, chain.n + 1))
 
     def follow(self, limits: Limits = NO_LIMITS) -> tuple[Stop, str]:
         """Continue until the chain has settled, has had its cycles, or a limit is reached.
@@ -113,10 +111,10 @@ class SettlingSearch:
             if self.simulation.chain.sigma_mu != 0:
                 ahead = _LONGEST  # a chain at rest costs no more
             ahead = min(ahead, self.drive.cycles - self.cycles)
-            done = 2 * self.cycles + (0 if self._half is None else len(self._half[0]))
-            count = 2 * (self.cycles + ahead) - done
-            stretch = self.simulation.follow(self.drive, done + 1, count, limits)
-            self._take(stretch)
+            count = 2 * (self.cycles + ahead) - self._done
+            stretch = self.simulation.follow(self.drive, self._done + 1, count, limits)
+            self._take(self._reader.read(stretch, self._done + 1))
+            self._done += stretch.completed
             if self.settled is None:
                 if stretch.stop is not Stop.DONE:
                     return stretch.stop, stretch.reason
@@ -124,34 +122,26 @@ class SettlingSearch:
                     return stop, limits.reason(stop)
         return Stop.DONE, ""
 
-    def _take(self, stretch: Stretch) -> None:
-        """Note the whole cycles of a stretch, up to the first without a slip."""
-        low = np.asarray(stretch.x_G_low)
-        rows = [*(stretch.recorded[name] for name in ("slips", "tension", "x_G")), low]
-        if self._half is not None:
-            rows = [np.concatenate(pair) for pair in zip(self._half, rows, strict=True)]
-        count = len(rows[0]) // 2
-        self._half = [row[2 * count :] for row in rows]
-        slips, (tension, x_G, low) = rows[0][: 2 * count], (row[1::2][:count] for row in rows[1:])
-        slips = slips[::2] + slips[1::2]
-        calm = np.flatnonzero(slips.sum(axis=1) == 0)
-        if calm.size:
-            count = int(calm[0]) + 1
+    def _take(self, ends: CycleEnds) -> None:
+        """Note some cycles, up to the first without a slip."""
+        calm = np.flatnonzero(~ends.slips.any(axis=1))[:1]
+        count = int(calm[0]) + 1 if calm.size else len(ends.slips)
         if count == 0:
             return
-        self._note(slips[:count], x_G[:count], low[:count])
-        lost = (np.cumsum(slips[:count, self._own], axis=0) > 0) | self._lost
-        self._lost = lost[-1]
+        x_G, low, slips, keep, tension = (rows[:count] for rows in ends)
+        new = np.column_stack([self._note(slips, x_G, low), keep, tension])
         most = max(min(3 * LONGEST_PERIOD + 1, _MOST_KEPT // self._slips.size), 2)
-        self._ends = np.vstack([self._ends[-most:], np.hstack([tension[:count], lost])])
-        self._advances = self._advances[-len(self._ends) :]
+        self._ends = np.vstack([self._ends[-most:], new])
         if calm.size:  # nothing moves any more
             self.settled = LimitCycle(1, self.cycles - 1, 0.0, None)
         elif self.simulation.chain.sigma_mu == 0:
             self._look_for_a_return()
 
-    def _note(self, slips: NDArray[Any], x_G: NDArray[Any], low: NDArray[Any]) -> None:
-        """Note where the chain was at the ends of some cycles, and which sliders slipped."""
+    def _note(self, slips: NDArray[Any], x_G: NDArray[Any], low: NDArray[Any]) -> NDArray[Any]:
+        """Note where the chain was at the ends of some cycles, and which sliders slipped.
+
+        Returns the last cycle with an advance, up to each of them.
+        """
         cycles = np.arange(self.cycles + 1, self.cycles + 1 + len(slips))
         noise = self._rounding * slips.sum(axis=1)
         x_G, low = (np.append(*pair) for pair in zip(self._place, (x_G, low), strict=True))
@@ -174,10 +164,10 @@ class SettlingSearch:
             self.advanced_before = int(advances[others[-1]])
         self.cycles, self.advanced_until = int(cycles[-1]), int(advances[-1])
         self._stirred, self._slips, self._place = int(stirs[-1]), slips[-1], (x_G[-1], low[-1])
-        self._advances = np.append(self._advances, advances[1:])
+        return advances[1:]
 
     def _look_for_a_return(self) -> None:
-        ends = self._ends
+        ends = self._ends[:, 1:]
         for period in returns(ends, LONGEST_PERIOD, self._close).tolist():
             first = repeats_since(ends, period, self._close)
             lasts = len(ends) - period - first >= max(PATIENCE, 2 * period)
@@ -188,7 +178,7 @@ class SettlingSearch:
                 first = first if apart else repeats_since(ends, period, 0.0)
                 since = self.cycles + 1 - len(ends) + first
                 self.settled = LimitCycle(period, since, apart, None)
-                self.advanced_until = int(self._advances[first])
+                self.advanced_until = int(self._ends[first, 0])
                 return
 
     def _apart(self, period: int) -> float:
@@ -214,8 +204,7 @@ class SettlingSearch:
         """Return how the forces approach a limit like 1/k; None if they do not."""
         if self.simulation.chain.sigma_mu != 0:
             return None
-        tensions = self._ends[:, : self._slips.size - 1]
-        forces = np.diff(tensions, axis=1, prepend=0.0, append=0.0)
+        forces = np.diff(self._ends[:, 2:], axis=1, prepend=0.0, append=0.0)
         return approach(forces, self.cycles - self.alike_since)
 
     @property

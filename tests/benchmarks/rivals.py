@@ -1,10 +1,10 @@
-"""General-purpose integrators as solvers, written as their users would write them.
+"""A general-purpose integrator as a solver, written as its users would write it.
 
 Between two events the sliders that move obey Eqs. 5-7; the contact rules
-switch from one set of movers to the next. Both rivals integrate the movers with their own event
-detection (a velocity reaches zero, a neighbour reaches its threshold), stop at the event, and go on
-with the new set. Nothing of `exactcreep.motion` is used. `registered` makes them methods of
-`compare`: ``solver="scipy"`` with the option ``rtol``, ``solver="heyoka"`` with ``tol``.
+switch from one set of movers to the next. SciPy integrates the movers with its own event
+detection (a velocity reaches zero, a neighbour reaches its threshold), stops at the event, and goes
+on with the new set. Nothing of `exactcreep.motion` is used. `registered` makes it a method of
+`compare`: ``solver="scipy"`` with the option ``rtol``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -25,11 +25,6 @@ from exactcreep.solvers.interface import Simulation, Solver, Stretch, Tally
 from exactcreep.solvers.registry import SOLVERS
 from exactcreep.solvers.tables import record_arrays, rows_of
 from exactcreep.watch.limits import NO_LIMITS, Stop
-
-try:
-    import heyoka
-except ImportError:  # the extra `bench`
-    heyoka = None
 
 LONGEST = 1000.0
 """Time within which a chain in motion has an event."""
@@ -53,15 +48,12 @@ class Motion:
         self.sign[i] = math.copysign(1.0, force)
         self.events.append(("start", i, int(self.sign[i]), self.time, self.x[i]))
 
-    def rearrange(self, first, draw, fly):
-        """Let `fly` integrate from event to event, until all rest; `draw` has new thresholds.
-
-        It moves the sliders to their next event, and returns who has it and the time until then.
-        """
+    def rearrange(self, first, draw, rtol):
+        """Integrate from event to event until all rest; `draw` has new thresholds."""
         for i in first:
             self.start(i, self.pulls[i])
         while self.sign.any():
-            i, span = fly(self)
+            i, span = fly(self, rtol)
             self.time += span
             force = self.forces(self.x)[i]
             if self.sign[i] == 0.0:
@@ -74,92 +66,35 @@ class Motion:
                 self.start(i, force)
 
 
-def scipy_flight(rtol):
-    """Return a flight by SciPy's `solve_ivp` (DOP853) with terminal events."""
+def fly(motion, rtol):
+    """Move the sliders to their next event, by SciPy's `solve_ivp` (DOP853) with terminal events.
 
-    def fly(motion):
-        n, sign, held = motion.n, motion.sign, motion.thresholds
-        moves, drag = sign != 0.0, motion.friction * sign
-
-        def slope(t, y):
-            return np.concatenate([y[n:], moves * (motion.forces(y[:n]) - drag)])
-
-        def slows(t, y, i):
-            return sign[i] * y[n + i]
-
-        def holds(t, y, i):
-            return held[i] - abs(motion.forces(y[:n])[i])
-
-        near = np.convolve(moves, [1, 1, 1])[1:-1].nonzero()[0].tolist()
-        events = [partial(slows if moves[i] else holds, i=i) for i in near]
-        for event in events:
-            event.terminal, event.direction = True, -1.0
-        done = solve_ivp(
-            slope, (0.0, LONGEST), np.concatenate([motion.x, motion.v]),
-            method="DOP853", rtol=rtol, atol=rtol * 1e-3, events=events,
-        )  # fmt: skip
-        assert done.status == 1
-        which = next(k for k, times in enumerate(done.t_events) if times.size)
-        motion.x, motion.v = np.split(done.y_events[which][0], 2)
-        return near[which], float(done.t_events[which][0])
-
-    return fly
-
-
-@cache
-def heyoka_flight(n, tol):
-    """Return a flight by heyoka's adaptive Taylor integrator with terminal events.
-
-    It is compiled once for each of a few windows of sliders side by side, any of which may move, so
-    that a long chain does not pay for sliders that rest.
+    Return who has it and the time until then.
     """
-    lengths = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
-    windows = {size: _window(size, tol) for size in sorted({min(k, n) for k in lengths})}
+    n, sign, held = motion.n, motion.sign, motion.thresholds
+    moves, drag = sign != 0.0, motion.friction * sign
 
-    def fly(motion):
-        moving = np.flatnonzero(motion.sign)
-        low, high = max(int(moving[0]) - 1, 0), min(int(moving[-1]) + 2, n)
-        size = next(size for size in windows if size >= high - low)
-        low = min(low, n - size)
-        inner, integrator = slice(low, low + size), windows[size]
-        springs, pull = np.full(size, 2.0), motion.pulls[inner].copy()
-        for end, there, beside in ((0, low > 0, low - 1), (-1, low + size < n, low + size)):
-            if there:
-                pull[end] += motion.x[beside]
-            else:
-                springs[end] -= 1.0
-        sign = motion.sign[inner]
-        integrator.pars.reshape(6, size)[:] = (
-            sign != 0.0, pull, motion.friction * sign, sign, motion.thresholds[inner], springs,
-        )  # fmt: skip
-        integrator.state[0::2], integrator.state[1::2] = motion.x[inner], motion.v[inner]
-        integrator.time = 0.0
-        integrator.reset_cooldowns()
-        outcome = int(integrator.propagate_until(LONGEST)[0])
-        assert -3 * size <= outcome <= -1
-        motion.x[inner], motion.v[inner] = integrator.state[0::2], integrator.state[1::2]
-        return low + (-outcome - 1) // 3, float(integrator.time)
+    def slope(t, y):
+        return np.concatenate([y[n:], moves * (motion.forces(y[:n]) - drag)])
 
-    return fly
+    def slows(t, y, i):
+        return sign[i] * y[n + i]
 
+    def holds(t, y, i):
+        return held[i] - abs(motion.forces(y[:n])[i])
 
-def _window(size, tol):
-    names = [heyoka.make_vars(f"x{i}", f"v{i}") for i in range(size)]
-    system, events = [], []
-    for i, (x, v) in enumerate(names):
-        moves, pull, drag, sign, limit, springs = (heyoka.par[k * size + i] for k in range(6))
-        force = pull - springs * x
-        for j in {i - 1, i + 1} & set(range(size)):
-            force = force + names[j][0]
-        system += [(x, v), (v, moves * (force - drag))]
-        rests = 1.0 - moves
-        margins = sign * v + rests, moves + rests * (limit - force), moves + rests * (limit + force)
-        down = heyoka.event_direction.negative
-        events += [heyoka.t_event(margin, direction=down) for margin in margins]
-    return heyoka.taylor_adaptive(
-        system, [0.0] * (2 * size), t_events=events, tol=tol, compact_mode=size > 4,
-        pars=[0.0] * (6 * size),
+    near = np.convolve(moves, [1, 1, 1])[1:-1].nonzero()[0].tolist()
+    events = [partial(slows if moves[i] else holds, i=i) for i in near]
+    for event in events:
+        event.terminal, event.direction = True, -1.0
+    done = solve_ivp(
+        slope, (0.0, LONGEST), np.concatenate([motion.x, motion.v]),
+        method="DOP853", rtol=rtol, atol=rtol * 1e-3, events=events,
     )  # fmt: skip
+    assert done.status == 1
+    which = next(k for k, times in enumerate(done.t_events) if times.size)
+    motion.x, motion.v = np.split(done.y_events[which][0], 2)
+    return near[which], float(done.t_events[which][0])
 
 
 class RivalSimulation(Simulation):
@@ -167,8 +102,8 @@ class RivalSimulation(Simulation):
 
     at_rest = True
 
-    def __init__(self, start, record, fly):
-        self.chain, self.seed, self.names, self.fly = start.chain, start.seed, record, fly
+    def __init__(self, start, record, rtol):
+        self.chain, self.seed, self.names, self.rtol = start.chain, start.seed, record, rtol
         self.contacts, self.tally = Contacts(start.chain, start.seed), Tally()
         self.theta, self.draws = float(start.state.theta), start.state.draws - 1
         self.tensions, self.x = start.state.tensions.copy(), start.state.displacements.copy()
@@ -207,7 +142,7 @@ class RivalSimulation(Simulation):
             self.tensions -= way * least
             motion = Motion(self._forces(), self.chain.friction, self.thresholds)
             ends = np.array([0, self.chain.n - 1])[left == least]
-            motion.rearrange(ends.tolist(), self._drawn, self.fly)
+            motion.rearrange(ends.tolist(), self._drawn, self.rtol)
             for number, (kind, i, sign, time, moved) in enumerate(motion.events):
                 event = Event(time, EventKind(kind), (i + 1,), (sign,))
                 at = q, self.tally.rearrangements, number, self.theta
@@ -243,30 +178,14 @@ class SciPy(Solver):
 
     def simulation_from(self, start, record):
         """Return a simulation from a start."""
-        return RivalSimulation(start, record, scipy_flight(float(self.rtol)))
-
-
-@dataclass(frozen=True)
-class Heyoka(SciPy):
-    """heyoka's adaptive Taylor integrator with terminal events."""
-
-    tol: float = 1e-9
-    name: ClassVar[str] = "heyoka"
-
-    def simulation_from(self, start, record):
-        """Return a simulation from a start."""
-        return RivalSimulation(start, record, heyoka_flight(start.chain.n, float(self.tol)))
-
-
-RIVALS = {"scipy": SciPy} | ({} if heyoka is None else {"heyoka": Heyoka})
+        return RivalSimulation(start, record, float(self.rtol))
 
 
 @contextmanager
 def registered():
-    """Let the rivals be solvers by name."""
-    SOLVERS.update({name: lambda rival=rival: rival for name, rival in RIVALS.items()})
+    """Let SciPy be a solver by name."""
+    SOLVERS["scipy"] = lambda: SciPy
     try:
         yield
     finally:
-        for name in RIVALS:
-            del SOLVERS[name]
+        del SOLVERS["scipy"]

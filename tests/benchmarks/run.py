@@ -1,9 +1,8 @@
-"""Compare this machine's solvers with other integrators, for the page on speed.
+"""Compare this machine's solvers with SciPy's integrator, for the page on speed.
 
-``python tests/benchmarks/run.py [SEEDS]`` takes a minute or two for 4 seeds and needs the extra
-`bench`. Chains of 2, 6 and 30 sliders, by `compare`: exact, Verlet, SciPy and heyoka beside the
-certified solver. It prints the tables and writes ``benchmark.csv`` and ``benchmark.png`` to
-``notebooks/pictures``.
+``python tests/benchmarks/run.py [SEEDS]`` takes a minute or two for 4 seeds. Chains of 2, 6 and
+30 sliders, by `compare`: exact, Verlet and SciPy beside the certified solver. It prints the tables
+and writes ``benchmark.csv`` and ``benchmark.png`` to ``notebooks/pictures``.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from matplotlib.figure import Figure
 from exactcreep import Cycles, Experiment, compare
 from exactcreep.figures.style import INKS, LENGTH, new_figure, save_picture, styled
 from exactcreep.studies.comparison import sentence, table
-from tests.benchmarks.rivals import RIVALS, registered
+from tests.benchmarks.rivals import registered
 from tests.paper import paper_chain
 
 AMPLITUDES = {2: "0.01", 6: "0.01", 30: "0.005"}
@@ -33,8 +32,6 @@ def contest(n: int, *, seeds: int, events: int) -> xr.Dataset:
     """Return the comparison of every method on one of the paper's chains."""
     methods = [("exact", {}), ("verlet", {"dt": "0.1"}), ("verlet", {"dt": "0.01"})]
     methods += [("verlet", {"dt": "0.1", "locate": True}), ("scipy", {"rtol": 1e-9})]
-    if "heyoka" in RIVALS:
-        methods.append(("heyoka", {"tol": 1e-9}))
     experiment = Experiment(paper_chain(n), Cycles(AMPLITUDES[n], 100))
     with registered():
         others = [replace(experiment, solver=name, options=own) for name, own in methods]

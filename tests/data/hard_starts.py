@@ -10,16 +10,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from exactcreep import Chain, Evidence, Outcome, State, rearrange
+from exactcreep import Chain, State, rearrange
 from exactcreep.model.contacts import Itinerary
 from exactcreep.solvers.rearrangement import Rearrangement
 
 FILE = Path(__file__).with_name("hard_starts.json")
-DIGITS = 25
 
 
 @dataclass(frozen=True)
@@ -38,23 +37,12 @@ class Start:
     events: str = ""
     places: tuple[str, ...] = ()
 
-    def rearranged(self, solver: str = "exact") -> Rearrangement:
-        """Return the rearrangement from there."""
+    def rearranged(self) -> Rearrangement:
+        """Return the rearrangement from there; the truth is that of `certified` with 25 digits."""
         chain = Chain(**self.chain)
         state = State.prepared(chain, self.tensions, seed=self.seed)
-        digits = {"digits": DIGITS} if solver == "certified" else {}
-        return rearrange(
-            chain, state, direction=self.direction, seed=self.seed, solver=solver,
-            max_events=self.most_events, **digits,
-        )  # fmt: skip
-
-    def proved(self) -> Start | None:
-        """Return the start with the truth, if it can be proved."""
-        truth = self.rearranged("certified")
-        if truth.evidence is not Evidence.PROVED or truth.outcome is not Outcome.AT_REST:
-            return None
-        places = tuple(x.str(DIGITS, radius=False) for x in truth.state.displacements)
-        return replace(self, events=digest(truth.itinerary), places=places)
+        known = {"seed": self.seed, "max_events": self.most_events}
+        return rearrange(chain, state, direction=self.direction, **known)
 
 
 def stored(kind: str) -> list[Start]:

@@ -6,11 +6,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from exactcreep import Chain, Creep, Outcome, Targets, creep
 from exactcreep.quasistatic.creep import PhysicsWarning
+from tests.paper import paper_chain
 
 pytestmark = pytest.mark.filterwarnings(f"ignore::{PhysicsWarning.__module__}.PhysicsWarning")
 MOST_EVENTS = 1500
@@ -49,6 +50,25 @@ def same_motion(one: Creep, other: Creep) -> bool:
 
 
 @LOAD
+@given(cases(), st.integers(-40, 40))
+def test_only_the_product_of_length_and_dilation_matters(case: Case, power: int) -> None:
+    factor = Fraction(2) ** power
+    p = case.chain.parameters() | {"l0": case.chain.l0 * factor}
+    other = Case(Chain(**p), tuple(theta / factor for theta in case.theta), case.seed)
+    assert same_motion(case.run(), other.run())
+
+
+def pair(amplitude: str, **changed: object) -> Case:
+    """Return two sliders that slip one after the other, by a loop of the solver's own."""
+    theta = Fraction(amplitude)
+    return Case(paper_chain(2, **changed), (theta, -theta) * 3, 2)
+
+
+@LOAD
+@example(pair("0.01"), [])
+@example(pair("0.001", sigma_mu="0", tan_alpha=0), [])
+@example(pair("0.01", mu_s="0.55", sigma_mu="0.1", tan_alpha="0.01"), [])
+@example(pair("0.01", mu_s="1.45", sigma_mu="0.5", tan_alpha="-0.48"), [])
 @given(cases(), st.lists(rationals(1, 99, 100), max_size=5))
 def test_breakpoints_and_output_change_no_bit(
     case: tuple[Chain, list[Fraction], int], cuts: list[Fraction]

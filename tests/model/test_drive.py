@@ -1,26 +1,14 @@
 """Drives: which dilations the chain is taken to."""
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 
-from exactcreep.model.drive import Drive, GaussianSteps
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError
 from exactcreep.model.targets import Targets
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 from tests.paper import captions
-
-
-def test_random_steps_depend_on_the_seed_and_the_number_only():
-    drive = GaussianSteps("0.1", 1000)
-    assert (drive.target_count, drive.random) == (1000, True)
-    whole = drive.targets(1, 1000, seed=3)
-    assert whole[499:].tolist() == drive.targets(500, 501, seed=3).tolist()
-    assert (whole != drive.targets(1, 1000, seed=4)).all()
-    assert abs(whole.mean()) < 0.1 * 4 / np.sqrt(1000)
-    assert drive.exact_target(5, seed=3) == Fraction(whole[4])
 
 
 class Growing(Drive):

@@ -6,7 +6,6 @@ import math
 from fractions import Fraction
 
 import flint
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -54,15 +53,3 @@ def test_operations_order_floats_and_balls_agree_with_integer_roots(slope, a, b,
             with balls_of(bits).active():
                 ball = exact.ball()
                 assert ball.overlaps(flint.arb(flint.fmpq(middle.numerator, middle.denominator)))
-
-
-def test_numbers_of_two_fields_do_not_mix():
-    one = CosineField(Fraction(1, 4)).times_cosine(Fraction(1))
-    other = CosineField(Fraction(1, 5)).times_cosine(Fraction(1))
-    assert one != other
-    rational = CosineField(Fraction(3, 4)).number(Fraction(1), Fraction(5))  # a Pythagorean slope
-    assert (rational.rationals(), rational == 5) == ((5, 0), True)
-    assert hash(rational) == hash(Fraction(5))
-    for mixed in (lambda: one + other, lambda: one < other, lambda: one + 0.5):
-        with pytest.raises(TypeError):
-            mixed()

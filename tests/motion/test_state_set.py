@@ -1,4 +1,4 @@
-"""The set of states that is carried along: nothing leaves it, and far parts stay apart."""
+"""The box of states that is carried along: nothing leaves it, and far parts stay apart."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exactcreep.motion.arithmetic import balls_of
-from exactcreep.motion.state_set import StateSet, orthogonal
+from exactcreep.motion.state_set import orthogonal
 
 
 def column(numbers):
@@ -47,17 +47,3 @@ def test_no_state_leaves_the_box_whose_axes_are_made_orthogonal(groups, flat, th
                     assert abs(y) <= flint.arb(width)
             assert widths.max() < 10 * (abs(rows).sum() + noise.sum())
             rows = axes * widths
-
-
-@pytest.mark.parametrize("size", [1.0, 2.0**-900])
-def test_balls_are_as_wide_as_the_set_and_hardly_wider(size):
-    with balls_of(1200).active():
-        radii = [flint.arb(size) * k / 7 for k in (1, 5, 3)]
-        states = StateSet(radii[:2], {1: radii[2]}, radii[0])
-        for width, given in (
-            (states.of_forces(), radii[:2]),
-            (states.of_speeds()[1:], radii[2:]),
-        ):
-            middles = balls_of(1200).zeros(len(given))
-            for ball, radius in zip(states.widened(middles, width), given, strict=True):
-                assert radius <= ball.rad() <= radius * (1 + flint.arb(1e-6))

@@ -90,24 +90,6 @@ def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_be
     assert creep(six, Cycles("0.001", 500)).x_G == x[-1]
 
 
-def with_coefficients(state: State, *coefficients: float) -> State:
-    ones = np.ones(len(coefficients), dtype=np.int64)
-    return replace(state, coefficients=np.array(coefficients), draws=ones)
-
-
-@pytest.mark.parametrize("solver", ["exact", "certified"])
-def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(solver: str) -> None:
-    cycle = Cycles("0.0003", 1)  # creep for contacts of 0.55 at the start, rest for those of 0.6
-    start = with_coefficients(State.relaxed(TWO_SURE), 0.55, 0.55)
-    for _ in range(2):
-        start = with_coefficients(creep(TWO_SURE, cycle, start=start).state, 0.55, 0.55)
-    first = creep(TWO_SURE, cycle, start=start, solver=solver)
-    assert first.state.tensions.astype(float).tolist() == start.tensions.tolist()
-    assert (first.outcome, first.outcome_evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
-    later = creep(TWO_SURE, replace(cycle, cycles=9), start=start, solver=solver)
-    assert (later.outcome, later.since) == (Outcome.AT_REST, 1)
-
-
 LARGEST = 2**64 - 1
 SAVED: dict[str, dict[str, Any]] = {
     "verlet": {
@@ -160,9 +142,6 @@ def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
         result = creep(paper_chain(3, "0.3"), SHORT)
     assert [warning.filename for warning in caught] == [__file__]  # where the caller stands
     assert result.warnings == {"draws_below_mu_d": result.draws_below_mu_d}
-    with pytest.warns(PhysicsWarning, match=r"\|theta\| reaches 1"):
-        short = creep(paper_chain(3, "0", l0="0.001"), Cycles(1, 5))
-    assert short.warnings["theta_beyond_one"] == 10
     close = paper_chain(3, "0", l0="0.5")
     pressed = State.prepared(close, ["-0.55", "-0.3"])
     with pytest.warns(PhysicsWarning, match="crossed"):

@@ -8,15 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from exactcreep import GaussianSteps, creep
 from exactcreep.quasistatic.statistics import (
     FEWEST_STEPS,
     mean_over_seeds,
-    rests_for_long,
     standard_error,
 )
-from exactcreep.solvers.return_map import approach
-from tests.paper import paper_chain
 
 
 def walk(seed: int, steps: int, memory: float) -> NDArray[np.float64]:
@@ -57,35 +53,6 @@ def test_a_steady_advance_has_no_error_and_few_steps_no_known_one() -> None:
     long = np.arange(541.0)
     for period in (2, 5, 64):  # bounded noise on it is no doubt
         assert 0 <= standard_error(long + (long % period == 0), long) < 0.1
-
-
-def test_a_series_in_time_does_not_care_how_its_steps_are_counted() -> None:
-    positions = walk(3, 2048, 0.3)
-    clock = np.cumsum(np.random.default_rng(1).uniform(1, 3, 2049))
-    error = standard_error(positions, clock)
-    assert standard_error(positions, 7 * clock) == pytest.approx(error / 7, rel=1e-12, abs=0)
-    assert standard_error(clock.copy(), clock) < 1e-12  # an advance in step with the clock
-
-
-def test_rests_without_a_finite_variance_leave_no_known_error() -> None:
-    for n, tan_alpha, spoiled in (
-        (2, "0", True), (2, "-0.005", True), (2, "0.0075", False), (4, "0", False),
-    ):  # fmt: skip
-        assert rests_for_long(paper_chain(n, tan_alpha=tan_alpha), 3000) is spoiled
-    result = creep(paper_chain(2, tan_alpha="0.005"), GaussianSteps("0.01", 3000), record=())
-    assert math.isnan(result.velocity_error)
-    assert "too few for a standard error beside the time" in result.velocity_reason
-
-
-def test_steps_that_fall_as_fast_as_inverse_squares_are_told_from_others() -> None:
-    number = np.arange(1.0, 66.0)
-    for power, told in ((1, False), (1.5, False), (2, True), (3, True)):
-        ends = np.cumsum(number**-power)[:, np.newaxis]
-        found = approach(ends, 128)
-        assert (found is not None) is told
-        assert found is None or found.change == pytest.approx(65.0**-power, rel=1e-9)
-    assert approach(np.append(ends, ends[-1:], axis=0), 128) is None  # it has come to rest
-    assert approach(ends, 63) is None
 
 
 @pytest.mark.parametrize("place", [0, 3, 4, 10, 899])

@@ -9,7 +9,6 @@ of days, rounded as the service rounds; `LAYOUTS` names the function that writes
 
 from __future__ import annotations
 
-import gzip
 import io
 import math
 import zipfile
@@ -85,11 +84,6 @@ LAYOUTS: dict[str, Callable[[], File]] = {}
 CODED: dict[str, Callable[[], File]] = {}
 
 
-def layout(make: Callable[[], File]) -> Callable[[], File]:
-    LAYOUTS[make.__name__] = make
-    return make
-
-
 def add(name: str, make: Callable[[], File]) -> None:
     LAYOUTS[name] = make
 
@@ -124,8 +118,6 @@ hours("knmi_without_preamble", "STN,YYYYMMDD,HH,T,TD,U",
       lambda k, h: f"260,{h:%Y%m%d},{h.hour},{tenths(T[k])},{tenths(DEW[k])},{RH[k]}")
 hours("meteo_france_synop", "numer_sta;date;pmer;t;td;u;vv",
       lambda k, h: f"07005;{h:%Y%m%d%H%M%S};101320;{T[k] + 273.15:.2f};{DEW[k] + 273.15:.2f};{RH[k]};mq", needs="unit", given={"unit": "K"})
-days("chmi", "Rok;Měsíc;Den;Průměrná teplota;Maximální teplota;Minimální teplota",
-      lambda k, d: f"{d.year};{d.month};{d.day};{comma(round((LOW[k] + HIGH[k]) / 2, 1))};{comma(HIGH[k])};{comma(LOW[k])}", encoding="cp1250")
 months("met_office_monthly", "Oxford\nLocation 450900E 207200N, 63 metres amsl\n   yyyy  mm   tmax    tmin      af    rain     sun\n              degC    degC    days      mm   hours",
        lambda k, m: f"   {m.year}  {m.month:2}   {12 + k % 7}.5    {4 + k % 7}.1       4    {40 + k}.1    {60 + k}.2", 12.5, 18.5, needs="temperature_column", given={"temperature_column": "tmax"})
 
@@ -143,8 +135,6 @@ hours("inmet", "REGIAO:;SE\nUF:;SP\nESTACAO:;SAO PAULO\nLATITUDE:;-23,5\nDATA DE
       lambda k, h: f"{h:%Y/%m/%d};{h:%H%M} UTC;0;{comma(T[k])};{comma(DEW[k])};{comma(round(T[k] + 1, 1))};{comma(round(T[k] - 1, 1))};{RH[k]};", encoding="latin-1")
 hours("cimis", "Stn Id,Stn Name,CIMIS Region,Date,Hour (PST),Jul,ETo (in),qc,Air Temp (F),qc,Rel Hum (%),qc,Dew Point (F),qc,Soil Temp (F),qc",
       lambda k, h: f"6,Davis,Sacramento Valley,{(h - timedelta(hours=1)).month}/{(h - timedelta(hours=1)).day}/{(h - timedelta(hours=1)).year},{(h.hour or 24) * 100:04},{151},0.01, ,{fahrenheit(T[k])}, ,{RH[k]}, ,{fahrenheit(DEW[k])}, ,66.1, ")
-hours("uscrn", "",
-      lambda k, h: f"94728 {h:%Y%m%d %H%M} {h:%Y%m%d %H%M}  3 -96.6 40.7 {T[k]:7.1f} {T[k]:7.1f} {T[k] + 0.3:7.1f} {T[k] - 0.3:7.1f} 0.0", needs="temperature_column", given={"time_column": ["2", "3"], "temperature_column": "9"})
 days("imd", "INDEX,YEAR,MN,DT,MAX,MIN,RF",
       lambda k, d: f"42182,{d.year},{d.month:02},{d.day:02},{HIGH[k]},{LOW[k]},0.0", needs="time_column", given={"time_column": ["YEAR", "MN", "DT"], "minimum_column": "MIN", "maximum_column": "MAX"})
 
@@ -156,10 +146,6 @@ hours("open_meteo_unix", "latitude,longitude\n52.52,13.41\n\ntime,temperature_2m
       lambda k, h: f"{(h - datetime(1970, 1, 1)).total_seconds():.0f},{T[k]}", needs="date_format", given={"date_format": "%s"})
 hours("wunderground_cells", "Time,Temperature,Dew Point,Humidity,Wind",
       lambda k, h: f"{h:%Y/%m/%d %I:%M %p},{fahrenheit(T[k])} °F,{fahrenheit(DEW[k])} °F,{RH[k]} %,3 mph")
-hours("weatherapi", "time_epoch,time,temp_c,temp_f,is_day,feelslike_c,dewpoint_c",
-      lambda k, h: f"{(h - datetime(1970, 1, 1)).total_seconds():.0f},{h:%Y-%m-%d %H:%M},{T[k]},{fahrenheit(T[k])},1,{T[k]},{DEW[k]}")
-hours("meteoblue", "location,Basel,Basel\nlat,47.56,47.56\nlon,7.57,7.57\nvariable,Temperature,Relative Humidity\nunit,°C,%\nlevel,2 m elevation corrected,2 m\nresolution,hourly,hourly\naggregation,None,None\n" "timestamp,Basel Temperature [2 m elevation corrected],Basel Relative Humidity [2 m]",
-      lambda k, h: f"{h:%Y%m%dT%H%M},{T[k]},{RH[k]}.0")
 hours("nsrdb", "Source,Location ID,City,Latitude,Longitude,Time Zone,Temperature Units,Clearsky Units\nNSRDB,145809,-,40.57,-105.1,-7,c,w/m2\nYear,Month,Day,Hour,Minute,DHI,DNI,Temperature,Dew Point,Relative Humidity",
       lambda k, h: f"{h.year},{h.month},{h.day},{h.hour},30,0,0,{T[k]},{DEW[k]},{RH[k]}.1", first=HOURS[0] + timedelta(minutes=30), last=HOURS[-1] + timedelta(minutes=30))
 hours("merra_tab_doy", "Year\tDOY\tHour\tT_air_C\tRH",
@@ -167,16 +153,10 @@ hours("merra_tab_doy", "Year\tDOY\tHour\tT_air_C\tRH",
 
 # --- loggers --------------------------------------------------------------------------------------
 
-hours("onset_inTemp", "Line#,Date,Time,Max: Temperature (*C),Avg: Temperature (*C)",
-      lambda k, h: f"{k + 1},{h:%m/%d/%Y},{h:%H:%M:%S},{T[k] + 0.2:.1f},{T[k]}", needs="", given={})
 hours("ecowitt_raw", "dateutc,tempinf,humidityin,baromrelin,tempf,humidity,temp1f",
       lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},70.1,41,29.92,{fahrenheit(T[k])},{RH[k]},58.1", needs="temperature_column", given={"temperature_column": "tempf"})
 hours("ibutton", "1-Wire/iButton Part Number: DS1922L-F5\nRegistration Number: 8F00\nIs Mission Active?  true\nSample Rate:  Every 3600 second(s)\n\nDate/Time,Unit,Value",
       lambda k, h: f"{h:%m/%d/%y %I:%M:%S %p},C,{T[k]}")
-hours("thermochron_tidbit", "Date;Time;Temperature °C",
-      lambda k, h: f"{h:%d-%b-%y};{h:%H:%M:%S};{comma(T[k])}")
-hours("influx", "#group,false,false,true\n#datatype,string,long,dateTime:RFC3339\nresult,table,_time,_value,_field",
-      lambda k, h: f",0,{h:%Y-%m-%dT%H:%M:%SZ},{T[k]},temperature", needs="temperature_column", given={"temperature_column": "_value"})
 
 # --- programs -------------------------------------------------------------------------------------
 
@@ -184,12 +164,10 @@ hours("series_without_name", ",0", lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},{T[k]}")
 hours("r_write_table", '"time" "temp"', lambda k, h: f'"{k + 1}" "{h:%Y-%m-%d %H:%M:%S}" {T[k]}')
 hours("excel_spanish_clock", "Fecha;Temp",
       lambda k, h: f"{h:%d/%m/%Y %I:%M:%S} {'a. m.' if h.hour < 12 else 'p. m.'};{comma(T[k])}")
-hours("markdown_pipes", "time | temp | hum", lambda k, h: f"{h:%Y-%m-%d %H:%M} | {T[k]} | {RH[k]}")
 hours("german_months", "Zeit;Temperatur", lambda k, h: f"{h.day}. {'Juni'} {h.year} {h:%H:%M};{comma(T[k])}")
 hours("french", "Date;Température (°C);Humidité",
       lambda k, h: f"{h:%d/%m/%Y} {h:%H}h{h:%M};{comma(T[k])};{RH[k]}", encoding="latin-1")
 
-hours("korean", "일시,기온(°C),습도(%)", lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]},{RH[k]}", encoding="cp949")
 hours("gbk", "时间,温度(℃),湿度(%)", lambda k, h: f"{h:%Y/%m/%d %H:%M},{T[k]},{RH[k]}", encoding="gbk")
 hours("russian", "Дата;Температура;Влажность",
       lambda k, h: f"{h:%d.%m.%Y %H:%M};{comma(T[k])};{RH[k]}", encoding="cp1251")
@@ -200,19 +178,11 @@ add(
     ),
 )
 
-hours("mesowest", "# STATION: KSLC\n# LATITUDE: 40.77\nStation_ID,Date_Time,air_temp_set_1,dew_point_temperature_set_1d\n,,Fahrenheit,Fahrenheit",
-      lambda k, h: f"KSLC,{h:%m/%d/%Y %H:%M} UTC,{fahrenheit(T[k])},{fahrenheit(DEW[k])}")
-hours("nrel_midc", "DATE (MM/DD/YYYY),MST,Tower Dry Bulb Temp [deg C],Tower RH [%],Tower Dew Point Temp [deg C]",
-      lambda k, h: f"{h:%m/%d/%Y},{h:%H:%M},{T[k]},{RH[k]},{DEW[k]}")
 hours("fluxnet", "TIMESTAMP_START,TIMESTAMP_END,TA_F,TA_F_QC,SW_IN_F,VPD_F",
       lambda k, h: f"{h:%Y%m%d%H%M},{h + timedelta(hours=1):%Y%m%d%H%M},{T[k]},0,{k},3.1")
-hours("acurite", "Timestamp,Outdoor Temperature,Dew Point,Heat Index,Barometric Pressure",
-      lambda k, h: f"{h:%m/%d/%Y %H:%M},{fahrenheit(T[k])},{fahrenheit(DEW[k])},70,29.92", needs="unit", given={"unit": "F"})
 hours("argentina", "FECHA   HORA  TEMP   HUM", lambda k, h: f"{h:%d%m%Y} {h.hour:5} {T[k]:5} {RH[k]:4}")
 hours("decimal_commas_unquoted", "time,temp,hum",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{comma(T[k])},{RH[k]}", needs="delimiter")
-hours("decimals_in_a_column_without_name", "time,temp,",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{comma(T[k])}", needs="delimiter")
 hours("thousandths", "time,temp_mdegC",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{round(1000 * T[k])}", needs="unit", given={"unit": "C", "scale": "0.001"})
 hours("first_time_missing", "time,temp",
@@ -255,7 +225,6 @@ months("monthly", "month,temp", lambda k, m: f"{m:%Y-%m},{5 + k % 12}.5", 5.5, 1
 # --- layouts found by an adversary ----------------------------------------------------------------
 
 
-days("imgw_no_header", "", lambda k,d: f'"352200375","WARSZAWA-OKĘCIE","{d:%Y","%m","%d}",{HIGH[k]:.1f},"",{LOW[k]:.1f},"",{(HIGH[k]+LOW[k])/2:.1f},"",{LOW[k]-2:.1f},"",.0,"9",""', encoding="cp1250", needs="time_column", given={"time_column":["3","4","5"],"maximum_column":"6","minimum_column":"8"})
 hours("davis_ampm", "\t\tTemp\tHi\tLow\tOut\tDew\tWind\tWind\tIn\nDate\tTime\tOut\tTemp\tTemp\tHum\tPt.\tSpeed\tDir\tTemp",
   lambda k,h: f"{h.day}/{h.month}/{h:%y}\t{h:%I:%M}{'a' if h.hour<12 else 'p'}\t{T[k]}\t{T[k]+.4:.1f}\t{T[k]-.4:.1f}\t{RH[k]}\t{DEW[k]}\t3.2\tNW\t21.5")
 hours("shelly", "timestamp,temperature_tC,temperature_tF,humidity", lambda k,h: f"{1938038400+3600*k},{T[k]},{fahrenheit(T[k])},{RH[k]}")
@@ -297,12 +266,8 @@ for code in CODES:
 CODED["tenths"] = lambda: coded(
     "-9999", RUNS["several"], scale=10, head="# temperature in 0.1 °C\ntime,temperature"
 )
-CODED["tenths_999"] = lambda: coded(
-    "999", RUNS["several"], scale=10, head="# temperature in 0.1 °C\ntime,temperature"
-)
 
 
-@layout
 def zipped() -> File:
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -310,14 +275,9 @@ def zipped() -> File:
     return File(packed.getvalue(), ending=".zip")
 
 
-@layout
-def packed_by_gzip() -> File:
-    return File(gzip.compress(LAYOUTS["series_without_name"]().content), ending=".csv.gz")
-
-
-@layout
-def utf_16_without_mark() -> File:
-    return File(LAYOUTS["series_without_name"]().content.decode().encode("utf-16-le"))
+add("zipped", zipped)
+add("utf_16_without_mark",
+    lambda: File(LAYOUTS["series_without_name"]().content.decode().encode("utf-16-le")))
 
 
 # --- layouts that nobody has thought of -----------------------------------------------------------

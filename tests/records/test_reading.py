@@ -48,14 +48,9 @@ def assert_read_or_helped(file: File, folder: Path) -> None:
         assert_right(file, path, **file.given)
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize("name", FILES := LAYOUTS | CODED)
 def test_a_layout_is_read_rightly_or_by_the_option_that_is_named(name: str, tmp_path: Path) -> None:
-    assert_read_or_helped(LAYOUTS[name](), tmp_path)
-
-
-@pytest.mark.parametrize("name", CODED)
-def test_a_code_for_missing_is_counted_in_runs_of_any_length(name: str, tmp_path: Path) -> None:
-    assert_read_or_helped(CODED[name](), tmp_path)
+    assert_read_or_helped(FILES[name](), tmp_path)
 
 
 @given(file=st.randoms(use_true_random=False).map(drawn))

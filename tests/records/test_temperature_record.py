@@ -57,7 +57,6 @@ FILES = [
     (HEAD + "0,1\n,2\n", {}, r"time = '': is missing.* \(line 3 of"),
     (HEAD + "0,1\n1,warm\n2,\n", {}, "temperature = 'warm': .*at 1, and 1"),
     (HEAD + "0,1\n1,2\n1,3\n", {}, "time = '1': .*later than 1 .*pandas"),
-    (HEAD + "0,1\n2,2\n1,3\n3,4\n", {}, r"time = '1': .*later than 2 before it \(line 4"),
     (TWICE, {}, r"later than .*\); mend it with pandas.* summer time"),
     ("time,t1,t2\n" + "0,1,2\n" * 3001, {}, "^temperature_column is missing: .*first 3000 lines$"),
     (HEAD + "noon,2\n", {}, r"time = 'noon': must be a date, .*date_format .*\(line 2 of"),

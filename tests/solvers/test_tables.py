@@ -52,7 +52,6 @@ UNLIKE = Chain(
 CHAINS: dict[str, tuple[Chain, str]] = {
     "three": (paper_chain(3), "0.004"),
     "two": (paper_chain(2), "0.006"),
-    "six": (paper_chain(6), "0.006"),
     "low coefficients": (Chain(4, 100, "1/2", "1/2", "1/20", tan_alpha="1/5"), "0.02"),
     "mirrored": (Chain(4, 10, "1/2", "3/5", tan_alpha=0), "0.3"),
     "unlike": (UNLIKE, "0.004"),

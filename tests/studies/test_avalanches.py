@@ -8,7 +8,6 @@ import pytest
 from exactcreep import Chain, Creep, Cycles, InputError, creep
 from exactcreep.studies import avalanches
 from exactcreep.studies.avalanches import MEASURES, Avalanches
-from tests.pictures import assert_shows_data
 
 CHAIN = Chain(8, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 
@@ -35,17 +34,6 @@ def test_the_avalanches_of_a_run_are_those_of_whole_cycles_after_its_burn_in(run
     assert 1 <= found.values.min() <= found.values.max() <= CHAIN.n
     sizes = avalanches.avalanches_of(run, "size").values
     assert sizes.sum() == run.recorded["slips"][run.burn_in :].sum() > 1000
-
-
-def test_sizes_are_drawn_as_they_are_distributed(run: Creep) -> None:
-    values = run.to_pandas("rearrangements").query(f"half_cycle > {run.burn_in}")["slips"]
-    axes = run.plot.avalanches("size")
-    assert_shows_data(axes.figure)
-    x, density = axes.containers[0].lines[0].get_data()
-    edges = avalanches.edges_of(values.min(), values.max(), whole=True)
-    shares, _ = np.histogram(values, edges, density=True)
-    assert density == pytest.approx(shares[shares > 0])
-    assert ((edges[:-1][shares > 0] < x) & (x < edges[1:][shares > 0])).all()
 
 
 def test_errors_are_the_scatter_of_independent_runs_and_not_smaller_for_copies() -> None:

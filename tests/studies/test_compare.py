@@ -19,7 +19,6 @@ from exactcreep import (
     Chain,
     Cycles,
     Drive,
-    Evidence,
     Experiment,
     GaussianSteps,
     InputError,
@@ -41,15 +40,6 @@ EXPERIMENT = Experiment(CHAIN, Targets(["0.001", "-0.001", "0.001"]), seed=5)
 @cache
 def followed(solver: str, events: int = 10_000) -> Track:
     return track(replace(EXPERIMENT, solver=solver), events)[0]
-
-
-def test_good_trajectories_agree_in_all_events_and_rests() -> None:
-    own, known = followed("exact"), followed("certified")
-    found = agreement(own, known)
-    assert (found["differs"], found["wrong"]) == (False, "")
-    assert found["agreed"] == len(known.events) > 50
-    assert found["rests"] == known.events[-1][1] + 1 > 10
-    assert (known.evidence, own.evidence) == (Evidence.PROVED, Evidence.COMPUTED)
 
 
 @pytest.mark.parametrize("place", [0, 60, -1])
@@ -106,17 +96,6 @@ def test_every_method_is_the_agreement_of_its_trajectory_and_the_velocity_of_its
     velocities = data().velocity.values
     biases = velocities.mean(axis=1) / velocities[0].mean() - 1
     assert np.allclose(biases, data().bias, rtol=1e-9, atol=1e-15, equal_nan=True)
-
-
-def test_positions_after_rearrangements_are_those_of_the_run_at_its_targets() -> None:
-    short = replace(GIVEN, drive=Cycles("0.003", 2))
-    for method in ladder(short, ["0.1"], [20])[:3]:
-        mine = track(method, 10_000)[0]
-        run = creep(CHAIN, short.drive, solver=method.solver, record=["x"], **method.options)
-        ended = {half_cycle: rest for half_cycle, rest, *_ in mine.events}
-        at_rest = mine.moved[0].cumsum(axis=0)[[*ended.values()]].astype(float)
-        known = run.recorded["x"][[half - 1 for half in ended]].astype(float)
-        assert at_rest == pytest.approx(known, abs=1e-9)
 
 
 def test_the_certified_events_are_as_many_as_asked_and_proved() -> None:
@@ -240,17 +219,13 @@ def test_the_command_draws_what_it_writes(command: Command, drawn: list[Figure])
     assert [row["seed"] for row in printed["rows"][:2]] == [3, 1]
     assert printed["needs"]["disorder"].startswith("needed")
     rows = table(xr.load_dataset("a.nc", engine="h5netcdf"))
-    marks = {
-        bars.get_label(): bars.lines[0].get_xydata()[0].tolist()
-        for axes in drawn[0].axes for bars in axes.containers
-    }  # fmt: skip
-    for text, mark in marks.items():
-        row = rows.loc[text.partition(":")[0]]
-        proved = row.solver == "certified"
-        lowest = min(error for _, error in marks.values())
-        assert mark == [row.seconds, lowest if proved else row.error]
-        assert (f"error {row.error:.0e} proved" in text) == proved
-    assert len(marks) >= 4
+    shown = [bars for axes in drawn[0].axes for bars in axes.containers]
+    for bars in shown:
+        row = rows.loc[bars.get_label().partition(":")[0]]
+        seconds, error = bars.lines[0].get_xydata()[0]
+        assert seconds == row.seconds
+        assert (error == row.error) == (row.solver != "certified")
+    assert len(shown) >= 4
 
 
 def test_the_command_says_first_what_the_scene_needs(command: Command) -> None:

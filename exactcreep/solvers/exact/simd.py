@@ -7,8 +7,8 @@ comparison gives a mask, an integer whose bit j belongs to lane j. A float among
 used in all lanes. The functions below do the rest.
 
 Every operation is one IEEE operation per lane (`fused` rounds once), so that results do not depend
-on the width of the machine's registers. `tests/solvers/exact/test_simd.py` compares them with NumPy
-lane by lane. Tables are C-ordered, with rows of eight cells; no index is negative.
+on the width of the machine's registers. `tests/solvers/exact/test_draws.py` compares lanes with
+single numbers. Tables are C-ordered, with rows of eight cells; no index is negative.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from tests.paper import captions
 
 
 @pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
-def test_two_relaxed_sliders_climb_the_staircase_whatever_the_rational_chain():
+def test_two_sliders_climb_the_staircase_whatever_the_rational_chain_and_its_start():
     rng, creeping, decided = random.Random(20110603), 0, 0
     while decided < 200:
         mu_d = Fraction(rng.randint(1, 400), rng.randint(200, 400))
@@ -26,13 +26,15 @@ def test_two_relaxed_sliders_climb_the_staircase_whatever_the_rational_chain():
         chain = Chain(2, rng.choice([1, 10, 1000]), mu_d, mu_s, tan_alpha=tangent)
         onset = Fraction(chain.times_cosine(mu_s - tangent))
         amplitude = onset * Fraction(rng.randint(5, 1200), 100) / chain.l0
+        stretch = Fraction(chain.excess) * rng.choice([0, Fraction(rng.randint(-40, 40), 41)])
         known = {"mu_d": mu_d, "mu_s": mu_s, "tan_alpha": tangent, "amplitude": amplitude}
-        expected = laws.staircase_two_sliders(l0=chain.l0, **known)
-        run = creep(chain, Cycles(amplitude, 6))
+        expected = laws.staircase_two_sliders(l0=chain.l0, r0=stretch, **known)
+        run = creep(chain, Cycles(amplitude, 6), start=State.prepared(chain, [stretch]))
         if run.report["undecided"]:
             # the amplitude is the float next to an edge of a step: the solver says so
-            edge = (chain.l0 * amplitude - onset) / Fraction(chain.excess) / 2
-            assert abs(edge - round(edge)) < Fraction(1, 10**13)
+            sides = (chain.l0 * amplitude - onset + side * stretch for side in (-1, 1))
+            edges = [side / Fraction(chain.excess) / 2 for side in sides]
+            assert min(abs(edge - round(edge)) for edge in edges) < Fraction(1, 10**13)
             continue
         x = run.recorded["x_G"]
         assert (x[-1] - x[3]) / 8 == pytest.approx(float(expected), rel=1e-12, abs=0)

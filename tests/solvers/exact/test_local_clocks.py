@@ -60,20 +60,3 @@ def test_far_apart_events_and_all_sliders_between_them_are_those_of_the_whole_wi
                 inside += int(pair[0].work.now["epoch"]["on"][0])
         assert shared >= ROWS
     assert inside > 5
-
-
-def test_a_long_avalanche_goes_on_bit_for_bit_from_a_copy_in_its_middle() -> None:
-    chain = paper_chain(300)
-    through = simulation(chain)
-    rows(through, 200_000)
-    first = deepcopy(through)
-    events = rows(through, 2000)
-    pieces: list[tuple[int, ...]] = []
-    inside = 0
-    while len(pieces) < len(events):
-        second = deepcopy(first)
-        pieces += rows(second, 101)
-        inside += int(second.work.now["epoch"]["on"][0])
-        first = second
-    assert pieces[: len(events)] == events
-    assert inside > 3

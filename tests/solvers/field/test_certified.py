@@ -86,13 +86,6 @@ def test_events_proved_in_float64_are_those_of_balls_with_a_search_of_their_own(
     assert together > 400
 
 
-def test_a_run_loses_few_bits_in_each_event():
-    simulation, _ = followed(paper_chain(6), Cycles("0.003", 1), 15)
-    assert simulation.tally.events > 100
-    # 178 bits to begin with, of which plain balls lose one or two in each event
-    assert simulation.report()["digits_left"] > 38
-
-
 def test_lone_slips_stay_exact_for_ever():
     chain = paper_chain(2, "0")
     simulation, stretch = followed(chain, Cycles("0.01", 5), 30)

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from exactcreep import InputError
 from exactcreep.studies.fates.escape import Rate, escape_rate
 
 
@@ -68,16 +67,7 @@ def test_a_horizon_of_five_early_scales_is_refused_with_one_that_would_do() -> N
     assert helps >= 0.8 * len(refused)
 
 
-LATE = [math.ceil(-1000 * math.log(1 - (k + 0.5) / 70)) for k in range(70)]
 """Lives of a constant rate, equally spaced in probability."""
-
-
-def test_the_cut_leaves_no_early_start_and_counts_what_is_before_it() -> None:
-    found, alone, still = (escape_rate(more + LATE) for more in ([1, 2, 3] * 10, [], [0] * 9))
-    assert 5 < found.cut < 100
-    assert 30 <= found.before < 40
-    assert found.low < 1 / 1000 < found.high < 1.5 / 1000
-    assert (still[:4], still.before) == (alone[:4], alone.before + 9)
 
 
 @pytest.mark.parametrize(
@@ -93,15 +83,3 @@ def test_lives_without_a_rate_have_no_interval_but_a_reason(lives: list[int], sa
     found = escape_rate(lives)
     assert np.isnan(found[:3]).all()
     assert said in found.reason
-
-
-def test_without_an_arrest_the_interval_begins_at_zero() -> None:
-    found = escape_rate([], [1000, 2000])
-    assert found[:2] == (0, 0)
-    assert (1 - found.high) ** 3000 == pytest.approx(0.025)
-
-
-@pytest.mark.parametrize("cycles", [-1, 1.5, math.nan])
-def test_lives_that_are_no_whole_cycles_are_refused(cycles: float) -> None:
-    with pytest.raises(InputError, match=r"lifetimes = .*: must be whole numbers of cycles"):
-        escape_rate([3, cycles])

