@@ -65,7 +65,7 @@ ENDLESS = {
 @pytest.mark.usefixtures("hears_ctrl_c")
 @pytest.mark.parametrize("line", ENDLESS)
 def test_what_is_known_when_a_command_is_stopped_is_said(line: str) -> None:
-    for patience in (4, 16):
+    for patience in (4, 16, 64):
         with begun(*PROGRAM, *line.split()) as process:
             time.sleep(patience)
             process.send_signal(signal.SIGINT)
