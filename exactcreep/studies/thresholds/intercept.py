@@ -77,7 +77,7 @@ class Intercept(Threshold):
         if math.isnan(self.intercept):
             return "no straight part of v(A) is known, so no intercept"
         if not self.chi2_probability >= UNLIKELY:
-            return "v(A) has no straight part"
+            return "no line fits: v(A) has no straight part"
         where = f"A = {with_error(self.intercept, self.error)}"
         if self.systematic > 0:
             where += f"; half of the range moves it by up to {self.systematic:.2g}"
