@@ -75,7 +75,7 @@ class ObservedRun:
             needs |= {"tension", "slips"}
         record = tuple(name for name in RECORDS if name in needs)
         self.simulation = experiment.simulation(record)
-        self.copy = self.observers["copy"] = Predictability(experiment, self.simulation)
+        self.copy = self.observers["copy"] = Predictability(experiment)
 
     @property
     def ended(self) -> bool:

@@ -16,6 +16,7 @@ with four times the distance never (at most 0.28 of the tolerance).
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ import numpy as np
 from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
+from exactcreep.solvers.exact.copies import Copies
 from exactcreep.solvers.interface import Simulation, Stretch
 from exactcreep.watch.limits import NO_LIMITS
 
@@ -47,11 +49,12 @@ class Predictability(Observer):
 
     state = ("doubtful", "agreed", "distance", "checked", "parted", "following", "copied")
 
-    def __init__(self, experiment: Experiment, simulation: Simulation) -> None:
+    def __init__(self, experiment: Experiment) -> None:
         self.drive, self.n = experiment.drive, experiment.chain.n
         self._most_events = None if experiment.twin else MOST_EVENTS
-        self._made = simulation.copies  # called at the first target, since copies may be large
-        self.copies: Any = None
+        run = experiment.algorithm, experiment.chain, experiment.initial, experiment.seed
+        self._made = partial(Copies, *run)  # at the first target, since copies may be large
+        self.copies: Copies | None = None
         self.limits = NO_LIMITS  # of the run
         self._first = max(_FIRST // self.n, 4)
         self.doubtful, self.agreed, self.distance, self.checked = 0, 0, _LEAST, 0
@@ -84,11 +87,7 @@ class Predictability(Observer):
             self.doubtful = min(self.doubtful or begin, begin)
 
     def _compare(self, stretch: Stretch, first: int) -> None:
-        if self.copies is None:
-            self.copies = self._made()
-        if self.copies is None:
-            self.agreed = first - 1 + stretch.completed
-            return
+        self.copies = self.copies or self._made()
         apart, limits = KNOWN / MARGIN, replace(self.limits, events=self._most_events, used=0)
         distance, whole = self.copies.follow(self.drive, first, stretch, apart, limits)
         close = distance[distance <= apart]
@@ -108,11 +107,12 @@ class Predictability(Observer):
     def kept(self) -> dict[str, Any]:
         self.copied = [] if self.following else None
         if self.copies is not None:
-            self.copied = self.copies.snapshot()
+            self.copied = [copy.snapshot() for copy in self.copies.pair]
         return super().kept()
 
     def restore(self, kept: Any) -> None:
         super().restore(kept)
         self.copies = self._made() if self.copied else None
         if self.copies is not None:
-            self.copies.restore(self.copied)
+            for copy, snapshot in zip(self.copies.pair, self.copied, strict=True):
+                copy.restore(snapshot)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -147,10 +146,6 @@ class Simulation(ABC):
         """Let the present rearrangement end, if the limits allow it; return its log."""
         return {}
 
-    def copies(self) -> Any:
-        """Return slightly perturbed copies; None if the solver does not round."""
-        return None
-
     @property
     def evidence(self) -> Evidence:
         return Evidence.of(self.tally.undecided, Evidence.COMPUTED)
@@ -229,7 +224,7 @@ class Solver(ABC):
     takes: ClassVar[frozenset[str]] = frozenset()
     """Respects in which sliders and springs may differ; see `Chain.unlike`."""
     perturbs: ClassVar[bool] = False
-    """Whether its simulations have perturbed copies; see `Simulation.copies`."""
+    """Whether perturbed copies show how far its simulations are known; see `exact.copies`."""
     on_file: ClassVar[bool] = True
     """Whether a file can hold snapshots of its simulations."""
     records: ClassVar[tuple[str, ...]] = RECORDS
@@ -318,13 +313,8 @@ def compile_for(
 
     def compile_once() -> None:
         pair = replace(_TWO_SLIDERS, n=solver.compiles(chain.n))
-        compared = ("tension", "slips") if solver.perturbs else ()
-        names = tuple(dict.fromkeys((*record, *compared)))
-        simulation = type(solver)().simulation(pair, State.relaxed(pair), 0, names)
-        drive = Cycles("1/10", 1)
-        stretch = simulation.follow(drive, 1, 2)
-        if (copies := simulation.copies()) is not None:
-            copies.follow(drive, 1, stretch, math.inf, NO_LIMITS)
+        simulation = type(solver)().simulation(pair, State.relaxed(pair), 0, record)
+        simulation.follow(Cycles("1/10", 1), 1, 2)
 
     with preparing(), import_module("exactcreep.compiling").told(say):
         interrupts.prepare(compile_once)

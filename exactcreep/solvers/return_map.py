@@ -180,8 +180,7 @@ class ReturnMap(CycleReader):
         x_G, tensions = read.x_G, read.tension
         ends = np.column_stack([floats(x_G), read.x_G_low, slips, read.keep, floats(tensions)])
         if tensions.dtype == object:
-            pairs = zip(x_G.tolist(), enclosures(tensions).tolist(), strict=True)
-            new = [(enclosure(x), row) for x, row in pairs]
+            new = enclosures(np.column_stack([x_G, tensions])).tolist()
             self.known = [*self.known, *new][-LONGEST_PERIOD - 1 :]
         while len(ends):
             room = 2 * self.most + 1 - len(self.ends)
@@ -219,7 +218,7 @@ class ReturnMap(CycleReader):
             off = float(np.abs(compared[-1] - compared[-1 - period]).max(initial=0.0))
             since = self.repeats_since(period)
             if len(self.known) > period:
-                pairs = [*zip(self.known[-1][1], self.known[-1 - period][1], strict=True)]
+                pairs = [*zip(self.known[-1][1:], self.known[-1 - period][1:], strict=True)]
                 off = max((now.apart(earlier) for now, earlier in pairs), default=0.0)
                 wide = max((now.radius + earlier.radius for now, earlier in pairs), default=0)
                 off = max(off, float(wide)) if wide > NEAR * self._close else off

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import signal
 import statistics
 import sys
 from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor
@@ -14,7 +16,7 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_equal
 
-from exactcreep import Creep, Cycles, InputError, Scene, creep, sweep
+from exactcreep import Creep, Cycles, InputError, Scene, creep, load_scene, sweep
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from exactcreep.results import Progress
 from exactcreep.studies.sweep import swept
@@ -272,3 +274,24 @@ def test_cells_for_which_no_time_is_left_are_not_even_made(
     assert part.outcome.size == 4 * 10**5
     assert (part.outcome != "").sum() == 1
     assert len(made) < 300
+
+
+@pytest.mark.slow
+def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
+    dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
+    scene, killed = load_scene(written(tmp_path, cycles=300)), []
+    with (
+        dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
+        distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as crowd,
+        distributed.Client(crowd) as client,
+    ):
+
+        def watch(progress: Progress) -> None:
+            if progress.done >= 3 and not killed:
+                killed.append(crowd.workers[0].pid)
+                os.kill(killed[0], signal.SIGKILL)
+
+        executor = client.get_executor(pure=False)
+        grid = sweep(scene, executor=executor, out=tmp_path / "out", progress=watch)
+        assert killed
+    assert grid.identical(sweep(scene))

@@ -7,10 +7,8 @@ close chains separate at the same rate as the run separates from the truth.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +58,7 @@ class Copies:
         self._run = solver, chain, state, seed
         self._held = np.array(chain.each("mu_d", chain.times_cosine))
         self._pull = max(1.0, *(abs(float(force)) for force in chain.end_forces))
-        self.copies = [self._copy(*of) for of in NEAR_COPIES]
+        self.pair = [self._copy(*of) for of in NEAR_COPIES]
 
     def _copy(self, share: float, block: int) -> Simulation:
         solver, chain, state, seed = self._run
@@ -81,7 +79,7 @@ class Copies:
         while whole and distance.size < stretch.completed and not (distance > apart).any():
             count = min(count, stretch.completed - distance.size)
             ahead = drive, first, stretch, distance.size, count, limits
-            ways = [self._away(copy, *ahead) for copy in self.copies]
+            ways = [self._away(copy, *ahead) for copy in self.pair]
             reached = min(map(len, ways))
             distance = np.append(distance, np.max([way[:reached] for way in ways], axis=0))
             whole, count = reached == count, 2 * count
@@ -112,12 +110,3 @@ class Copies:
         away /= np.maximum(np.abs(tension).max(axis=1, initial=0.0), held)
         away[(slips != passed.recorded["slips"]).any(axis=1)] = np.inf
         return np.append(away, np.inf) if passed.stop.final else away
-
-    def snapshot(self) -> Sequence[dict[str, Any]]:
-        """Return how far the copies are, at a target."""
-        return [copy.snapshot() for copy in self.copies]
-
-    def restore(self, snapshot: Sequence[Mapping[str, Any]]) -> None:
-        """Go on from a snapshot."""
-        for copy, kept in zip(self.copies, snapshot, strict=True):
-            copy.restore(kept)

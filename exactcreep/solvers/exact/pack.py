@@ -141,7 +141,8 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 @lru_cache(maxsize=64)
 def _of_chain(chain: Chain) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the rows of `layout.OF_CHAIN` of its sliders, and the expansion of its springs."""
-    mu_d, mu_s = _frictions(chain)
+    most = None if "friction" in chain.unlike else 1  # of one slider if they are alike
+    mu_d, mu_s = chain.each("mu_d")[:most], chain.each("mu_s")[:most]
     out, expansion = np.zeros((layout.CELLS, chain.n)), np.zeros((2, chain.n - 1))
     out[layout.FRICTION] = [chain.times_cosine(low) for low in mu_d]
     out[layout.WEIGHT] = chain.sin_alpha
@@ -155,12 +156,6 @@ def _of_chain(chain: Chain) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         out[[layout.RATE, layout.RATE_LOW], slider] = split(rate)
     expansion[:] = np.transpose([split(share) for share in chain.expansion or (Fraction(1),)])
     return out[layout.OF_CHAIN], expansion
-
-
-def _frictions(chain: Chain) -> tuple[list[Fraction], list[Fraction]]:
-    """Return mu_d and mu_s of each slider, of one if they are alike."""
-    most = None if "friction" in chain.unlike else 1
-    return chain.each("mu_d")[:most], chain.each("mu_s")[:most]
 
 
 @lru_cache(maxsize=64)
@@ -218,11 +213,6 @@ def _room(n: int, logging: bool) -> Workspace:
     )
 
 
-def roomier(work: Workspace) -> Workspace:
-    """Return the same arrays with `series`, which have no memory."""
-    return work._replace(series=series_of(int(work.now["chain"]["n"][0])))
-
-
 def _clock(n: int) -> NDArray[np.float64]:
     strips = layout.columns(n) // 8
     clock = _aligned((CLOCKS * strips + layout.keys(n), 8))[0]
@@ -232,7 +222,7 @@ def _clock(n: int) -> NDArray[np.float64]:
 
 
 def series_of(n: int) -> NDArray[np.float64]:
-    """Return room for the series of a chain of `n` sliders."""
+    """Return room for the series of a chain of `n` sliders, which have no memory."""
     return _aligned((SERIES * (layout.columns(n) // 8) + LADDER, 8))[0]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -20,7 +20,6 @@ from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import rearrangements_of, slips_of
 from exactcreep.solvers.exact import layout, local_clocks, loop
-from exactcreep.solvers.exact.copies import Copies
 from exactcreep.solvers.exact.double_double import split, two_product
 from exactcreep.solvers.exact.estimated import Estimated
 from exactcreep.solvers.exact.layout import MOST_WORK, PAD
@@ -31,7 +30,7 @@ from exactcreep.solvers.exact.pack import (
     dilation,
     go_on,
     placed,
-    roomier,
+    series_of,
     turn,
 )
 from exactcreep.solvers.exact.rows import NOTHING, AtTargets
@@ -55,6 +54,10 @@ _ENDLESS = (
     f"an avalanche has neither ended nor been proved to run away after {LONGEST_AVALANCHE}"
     " events, or steps without one; at tan_alpha = mu_d it may go on for ever"
 )
+_ENDINGS = {
+    layout.RUNAWAY: Ending(Stop.RUNAWAY, NEVER_STOPS),
+    layout.ENDLESS: Ending(Stop.LIMIT, _ENDLESS),
+}
 
 
 class ExactSimulation(Simulation):
@@ -71,6 +74,7 @@ class ExactSimulation(Simulation):
     ) -> None:
         self.chain = chain
         self.record = record
+        self.seed = seed
         self.origin = self.start = Origin.of(chain, state)
         self.leg: Leg | None = None  # if each spring has a dilation of its own
         self.work = placed(
@@ -104,11 +108,6 @@ class ExactSimulation(Simulation):
     def tally(self) -> Tally:  # type: ignore[override]
         """Counts since the start."""
         return Tally(*self.work.now["counts"][0].item()[: len(layout.TALLY)])
-
-    @property
-    def seed(self) -> int:
-        """The seed of its random numbers."""
-        return int(self.work.now["chain"]["seed"][0]) % 2**64
 
     @property
     def events(self) -> int:
@@ -159,8 +158,8 @@ class ExactSimulation(Simulation):
             done += reached
             if logs:
                 logs.append(self._drain_tables())
-            if reason in (layout.RUNAWAY, layout.ENDLESS):
-                ended = self.ending(reason)
+            if reason in _ENDINGS:
+                ended = _ENDINGS[reason]
                 break
             if done < count and (stop := limits.stop(self.events - before)) is not None:
                 ended = Ending(stop, limits.reason(stop))
@@ -175,33 +174,33 @@ class ExactSimulation(Simulation):
             turn(self.chain, leg, self.work)
             self.leg, self.origin = leg, self.start.at_leg(self.chain, leg)
 
-    def ending(self, reason: int, otherwise: str = _ENDLESS) -> Ending:
-        """Return why the chain goes no further; `otherwise` says so if nothing is proved."""
-        if reason == layout.RUNAWAY:
-            return Ending(Stop.RUNAWAY, NEVER_STOPS)
-        return Ending(Stop.LIMIT, otherwise)
-
     def _room_for_more(self) -> None:
         """Prepare for several sliders that move together, if they do."""
         if self.work.series is None and self.work.now["stage"][0] == layout.CLUSTER:
-            self.work = roomier(self.work)
+            self.work = self.work._replace(series=series_of(self.chain.n))
 
-    def single(self, direction: int, most: int) -> Iterator[int]:
-        """Rearrange at the present theta, else after a ramp; yield why the loop returned.
+    def single(
+        self, direction: int, limits: Limits, drain: Callable[[], Any]
+    ) -> tuple[list[Any], Ending]:
+        """Rearrange at the present theta, else after a ramp.
 
-        The loop returns soon after `most` events, and every so often; the next iteration continues.
-        `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, is the end.
+        Returns what `drain` has taken from the log, part by part, and why the chain stopped.
         """
         high, low = self.load()
         if direction != 0 and self.chain.rates:  # else no force depends on theta
             high, low = np.inf * direction, 0.0
         target = np.array([high]), np.array([low]), NOTHING
-        reason = layout.BUDGET
-        while reason in _GOES_ON:
+        before, parts = self.events, list[Any]()
+        while True:
             self._room_for_more()
             self.work.now["single"] = 1
-            reason, _ = loop.follow(*self.work, *target, 0, most - self.events, MOST_WORK)
-            yield reason
+            left = before + limits.events_left - self.events
+            reason, _ = loop.follow(*self.work, *target, 0, left, MOST_WORK)
+            parts.append(drain())
+            if reason not in _GOES_ON:
+                return parts, _ENDINGS.get(reason, Ending(Stop.DONE))
+            if (stop := limits.stop(self.events - before)) is not None:
+                return parts, Ending(stop, limits.reason(stop))
 
     def drain(self) -> NDArray[Any]:
         """Return the rows of the log, and empty it."""
@@ -266,13 +265,9 @@ class ExactSimulation(Simulation):
 
     def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
         """Let the present rearrangement end, if the limits allow it; return its log."""
-        before, logs = self.events, []
-        goes_on = self.single(0, before + limits.events_left)
-        while not self.at_rest and limits.stop(self.events - before) is None:
-            if next(goes_on, None) is None:
-                break
-            logs.append(self._drain_tables())
-        return tables.joined(logs)
+        if self.at_rest:
+            return {}
+        return tables.joined(self.single(0, limits, self._drain_tables)[0])
 
     def unrounded(self) -> dict[str, Any] | None:
         """Return both floats of every sum; see `Simulation.unrounded`.
@@ -316,11 +311,6 @@ class ExactSimulation(Simulation):
         for sum_of in (cell[layout.FORCE] - cell[layout.WEIGHT], rate):  # springs pull both ways
             require_at_rest(sum_of.sum(), 0.0 * held)
 
-    def copies(self) -> Copies | None:
-        """Return perturbed copies from the same start; None for one slider."""
-        run = self.chain, self.start.state, self.seed
-        return Copies(Exact(), *run) if self.chain.n > 1 else None
-
     @property
     def evidence(self) -> Evidence:
         """Undecided if a comparison is, or once an avalanche that has not ended is too long."""
@@ -358,22 +348,15 @@ class Exact(Solver):
         except (KeyError, IndexError):
             used = None
         simulation = ExactSimulation(chain, start.state, start.seed, ("events",), used)
-        logs: list[NDArray[Any]] = []
-        ended = Ending(Stop.DONE)
-        for reason in simulation.single(direction, limits.events_left):
-            rows = simulation.drain()
-            logs.append(rows[rows["kind"] != layout.REST_ROW])
-            stop = limits.stop(simulation.events) if reason in _GOES_ON else None
-            if stop is not None or reason in (layout.RUNAWAY, layout.ENDLESS):
-                ended = simulation.ending(reason, limits.reason(stop) if stop else _ENDLESS)
-                break
+        parts, ended = simulation.single(direction, limits, simulation.drain)
+        logged = np.concatenate(parts)
         result = Estimated.of(
             simulation,
             self.name,
             ended,
             _origin=simulation.origin,
             _load=simulation.load(),
-            _log=np.concatenate(logs),
+            _log=logged[logged["kind"] != layout.REST_ROW],
         )
         if chain.n <= layout.LONGEST_SHORT:
             _USED.setdefault(chain.n, []).append(simulation.work)
