@@ -36,13 +36,6 @@ def _class_of(load: Callable[[], type[Solver]]) -> type[Solver]:
         return load()
 
 
-def require_solver(field: str, name: Any) -> None:
-    """Raise `InputError` unless `name` is the name of a solver."""
-    if not isinstance(name, str) or name not in SOLVERS:
-        moved = MOVED.get(name) if isinstance(name, str) else None
-        raise InputError(field, name, moved or one_of(name, SOLVERS))
-
-
 def _options_of(name: str) -> list[str]:
     solver: Any = _class_of(SOLVERS[name])  # a dataclass; its base class cannot say so
     return [option.name for option in fields(solver)]
@@ -50,7 +43,9 @@ def _options_of(name: str) -> list[str]:
 
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     """Return the solver `name` with the given options, or raise `InputError`."""
-    require_solver("solver", name)
+    if not isinstance(name, str) or name not in SOLVERS:
+        moved = MOVED.get(name) if isinstance(name, str) else None
+        raise InputError("solver", name, moved or one_of(name, SOLVERS))
     algorithm: Any = _class_of(SOLVERS[name])
     options_taken = _options_of(name)
     for option in (name for name in options if name not in options_taken):
