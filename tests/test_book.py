@@ -84,10 +84,21 @@ def test_the_commands_of_a_page_run(
             assert status([*words, *shorter]) == limited, f"{line}: {capsys.readouterr()}"
 
 
-def test_links_of_the_readme_lead_to_a_page() -> None:
-    links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", README.read_text("utf-8"))
-    assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
+def told(pattern: str) -> list[tuple[Path, str]]:
+    """Return what pages say that has a form, with the page."""
+    texts = [(path, path.read_text(encoding="utf-8")) for path in PAGES]
+    found = [(path, said) for path, text in texts for said in re.findall(pattern, text)]
+    assert found
+    return found
+
+
+def test_links_between_pages_lead_to_a_page_and_modules_that_they_name_are_there() -> None:
+    links = told(r"\]\((?!https?:|#)([^)#\s]+)")
+    assert [(path, link) for path, link in links if not (path.parent / link).exists()] == []
+    homes = (ROOT, ROOT / "exactcreep", BOOK)
+    files = told(r"`([\w/]+\.(?:py|json|toml)|tests/[\w/]+)`")
+    absent = [pair for pair in files if not any((home / pair[1]).exists() for home in homes)]
+    assert absent == []
 
 
 def test_every_public_function_and_type_has_its_place_in_the_reference() -> None:

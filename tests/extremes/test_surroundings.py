@@ -6,6 +6,7 @@ import io
 import json
 import string
 import sys
+from decimal import Context, Decimal
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -90,3 +91,17 @@ def test_text_of_a_scene_reaches_the_terminal_without_control_characters(
         assert "defect" not in told.err
         assert not set(HOSTILE) - set(string.printable) & set(told.out + told.err), words
     ElementTree.parse(picture)  # control characters would not be XML
+
+
+def test_python_s_limit_for_digits_of_integers_ends_no_answer(command: Command) -> None:
+    usual = sys.get_int_max_str_digits()
+    sys.set_int_max_str_digits(640)
+    try:
+        told = command("threshold", "--n", "2", "--digits", "700", "--json")
+    finally:
+        sys.set_int_max_str_digits(usual)
+    assert told.code == 0, told.err
+    lower, upper = (Decimal(told.json[name]) for name in ("lower", "upper"))
+    edge = Context(prec=800).divide(Decimal("0.0014"), Context(prec=800).sqrt(Decimal(17)))
+    assert lower <= edge <= upper
+    assert len(lower.as_tuple().digits) >= 700
