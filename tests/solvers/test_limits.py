@@ -135,7 +135,7 @@ def test_the_interrupt_key_is_heard_soon_and_keeps_what_there_is(asked: str) -> 
     with pytest.raises(Interrupted) as caught:
         STUDIES[asked](progress=press) if asked in STUDIES else long_run(asked, progress=press)
     partial = caught.value.partial
-    assert partial.reason == "interrupted"
+    assert partial.reason.endswith("interrupted")  # after what a threshold knows so far
     if asked not in STUDIES:
         assert 0 <= partial.event_count - reports[0] <= RUNS[asked][-1]
 
