@@ -241,6 +241,8 @@ def _measured(
     (stretch,) = simulate(pilot, first.drive, [first.drive.target_count], Limits(limit))
     if pilot.tally.events == 0 and not first.chain.slides:
         raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
+    if stretch.stop.final and pilot.tally.rearrangements <= 1:
+        raise InputError("scene", "a first rearrangement without end", "must come to rest once")
     targets = stretch.completed - (stretch.completed % 2 if first.drive.cyclic else 0)
     pace = pilot.tally.events / max(stretch.completed, 1)
     copies = math.ceil(_TIMED_EVENTS / max(pilot.tally.events, targets, 20))
