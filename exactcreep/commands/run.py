@@ -81,10 +81,10 @@ class Session(answer.Output):
 
         (member,) = wanted.members()
         output = self
-        if kept is not None and Path(kept.path).exists() and self.out is not None:
+        if kept is not None and Path(kept.path).exists():  # the same command goes on
             from exactcreep.quasistatic.dataset import is_run_of
 
-            same = is_run_of(self.out, member.experiment)  # the same command goes on
+            same = self.out is None or is_run_of(self.out, member.experiment)
             output = replace(self, force=self.force or same)
         output.check(checkpoint=None if kept is None else Path(kept.path))
         if self.plot and not {"x_G", "rearrangements"} & {*member.experiment.record}:
@@ -125,7 +125,9 @@ class Session(answer.Output):
 
         with preparing():  # the time to load it does not count
             from exactcreep.studies.sweep import swept
-        output = replace(self, out=None)
+        # the picture of an earlier part may go; a sweep of another scene is refused before that
+        goes_on = self.out is not None and (self.out / "sweep.nc").exists()
+        output = replace(self, out=None, force=self.force or goes_on)
         output.check()
         if self.out is not None and self.out.suffix == ".nc":
             allowed = "must be a directory, without .nc: this scene varies"

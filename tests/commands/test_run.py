@@ -124,12 +124,13 @@ def test_the_same_command_goes_on_and_prints_what_an_uninterrupted_run_prints(
 def test_the_same_command_goes_on_with_the_members_of_a_scene(command: Command) -> None:
     whole = untimed(command(*JUMPS, *cycles(20, "--json")).json)
     most = str(max(member["events"] for member in whole["members"]) - 1)
-    part = command(*JUMPS, *cycles(20, "--json"), "--max-events", most, "--out", "a")
+    files = "--out", "a", "--plot", "a.svg"  # the picture of the part is drawn again
+    part = command(*JUMPS, *cycles(20, "--json"), "--max-events", most, *files)
     assert part.code == 3
     ended = [member for member in part.json["members"] if member["outcome"] == "limit"]
     assert 0 < len(ended) < 16
     with pytest.warns(CheckpointWarning, match=f"a goes on: {16 - len(ended)} of 16 cells"):
-        again = command(*JUMPS, *cycles(20, "--json"), "--out", "a")
+        again = command(*JUMPS, *cycles(20, "--json"), *files)
     assert untimed(again.json) == whole
     late = command(*JUMPS, *cycles(21, "--json"), "--max-seconds", "0")
     assert (late.code, len(late.json["members"])) == (3, 1)
