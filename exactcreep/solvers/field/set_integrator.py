@@ -297,7 +297,7 @@ class SetIntegrator(ChainIntegrator):
         self.rest.evaluations += 1
         room = self.thresholds[slider] - side * flow.forces[slider]
         enclosed = None
-        if len(moving) == 1:
+        if len(moving) == 1 and n > 1:  # alone in its chain it has no spring
             enclosed = lone_event(flow, moving[0], acting, room)
         if enclosed is None or not abs(enclosed[0] - time) <= radius:
             enclosed = enclosed_event(self.runs, acting, room, time, radius)
